@@ -47,6 +47,32 @@ static void rivals_make_it_ambiguous_and_name_the_experiment(void **state) {
     assert_verdict(&r, &noise, GAP_AMBIGUOUS, "the model lacks payload_mass; these data cannot tell valve_lag from command_delay");
 }
 
+static void at_one_frequency_a_part_that_moves_by_itself_looks_like_a_mass_or_a_spring(void **state) {
+    (void)state;
+    static const char *const says = "a part that moves by itself";
+    struct gap_result mass = found("payload_mass"), spring = found("external_stiffness"), lag = found("valve_lag");
+    struct gap_result *one[] = {&mass, &spring, &lag};
+    for (int i = 0; i < 3; i++) {
+        config_default(&one[i]->model);
+        judge(one[i], &noise);
+        assert_null(strstr(one[i]->reason, says));
+        one[i]->one_hz = 4.0;
+        judge(one[i], &noise);
+        assert_int_equal(one[i]->verdict, GAP_EFFECT_NAMED);
+        assert_int_equal(strstr(one[i]->reason, says) != NULL, i < 2);
+        assert_int_equal(strstr(one[i]->next_experiment, "tests.frequency_hz=2") != NULL, i < 2);
+    }
+    mass.ambiguous = 1, mass.ambiguous_with[0] = effect_find("external_stiffness");
+    assert_verdict(&mass, &noise, GAP_AMBIGUOUS, says);
+    assert_verdict(&mass, &much, GAP_UNKNOWN_EFFECT, "remainder");
+    assert_null(strstr(mass.reason, "at one frequency"));
+    mass.ambiguous = 0, mass.effects = 2, mass.effect[1] = spring.effect[0];
+    assert_verdict(&mass, &noise, GAP_UNKNOWN_EFFECT, "masses and springs together");
+    assert_non_null(strstr(mass.next_experiment, "tests.frequency_hz=2"));
+    mass.one_hz = 0.0;
+    assert_verdict(&mass, &noise, GAP_EFFECT_NAMED, "payload_mass and external_stiffness");
+}
+
 static void a_constant_that_looks_the_same_is_to_be_checked_first(void **state) {
     (void)state;
     static const struct {
@@ -271,7 +297,18 @@ static void an_effect_that_another_replaces_is_ambiguous(void **state) {
     assert_null(strstr(r.reason, "probability"));
     assert_string_not_equal(r.next_experiment, "");
     assert_close(r.certainty.probability, 0.99, 1e-12);
-    assert_int_equal(sure.verdict, GAP_PARTLY_NAMED); /* two effects in place of one */
+    assert_int_equal(sure.verdict, GAP_PARTLY_NAMED); /* two in place of one, not both alike */
+}
+
+static void an_effect_that_two_together_look_like_is_ambiguous(void **state) {
+    (void)state;
+    struct gap_result r = found("external_stiffness");
+    struct gap_certainty other = {0.6, 0.39, 2, {effect_find("payload_mass"), effect_find("payload_rotational_inertia")}};
+    judge(&r, &noise);
+    judge_certainty(&r, &noise, &other);
+    assert_true(r.verdict == GAP_AMBIGUOUS && r.ambiguous == 2 && r.ambiguous_together);
+    assert_non_null(strstr(r.reason, "cannot tell external_stiffness from payload_mass and payload_rotational_inertia"));
+    assert_non_null(strstr(r.next_experiment, "tests.frequency_hz"));
 }
 
 static void three_that_are_needed_are_none_of_them(void **state) {
@@ -293,6 +330,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_explains_the_gap_is_named),
         cmocka_unit_test(rivals_make_it_ambiguous_and_name_the_experiment),
+        cmocka_unit_test(at_one_frequency_a_part_that_moves_by_itself_looks_like_a_mass_or_a_spring),
         cmocka_unit_test(a_constant_that_looks_the_same_is_to_be_checked_first),
         cmocka_unit_test(what_a_law_leaves_is_no_remainder),
         cmocka_unit_test(a_law_excuses_what_is_left_where_it_acts_and_nowhere_else),
@@ -306,6 +344,7 @@ int main(void) {
         cmocka_unit_test(what_others_explain_as_well_is_named_in_part),
         cmocka_unit_test(what_leaves_a_remainder_is_named_in_part),
         cmocka_unit_test(an_effect_that_another_replaces_is_ambiguous),
+        cmocka_unit_test(an_effect_that_two_together_look_like_is_ambiguous),
         cmocka_unit_test(three_that_are_needed_are_none_of_them),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -26,10 +26,23 @@ void experiment_between(const struct mechanism *mechanism, const struct effect *
     say(mechanism, e ? e : find(b, a), text);
 }
 
+bool experiment_is_known(const struct effect *a, const struct effect *b) { return find(a, b) || find(b, a); }
+
 void experiment_from_parameter(const struct mechanism *mechanism, const struct effect *effect, const char *parameter, char text[GAP_TEXT]) {
     const struct effect_experiment *e = effect->told_apart, *end = e + EFFECT_TIES;
     while (e < end && e->record && (e->from || strcmp(e->from_parameter, parameter))) e++;
     say(mechanism, e < end && e->record ? e : NULL, text);
+}
+
+void experiment_other_frequency(const struct mechanism *mechanism, double hz, char text[GAP_TEXT]) {
+    char record[80];
+    snprintf(record, sizeof record, "`--set tests.frequency_hz=%.3g`", 0.5 * hz);
+    const struct effect_experiment half = {
+        .record = record,
+        .record_axis = "a test at half the frequency",
+        .shows = "masses and springs stay what they are; what moves by itself does not",
+    };
+    say(mechanism, &half, text);
 }
 
 const char *experiment_unknown(void) {

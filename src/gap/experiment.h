@@ -12,9 +12,16 @@
  * experiment of its own gets general advice. */
 void experiment_between(const struct mechanism *mechanism, const struct effect *a, const struct effect *b, char text[GAP_TEXT]);
 
+/* True if the effects look alike, so that one of their files has an experiment for the pair. */
+bool experiment_is_known(const struct effect *a, const struct effect *b);
+
 /* Writes the experiment that tells an effect from a parameter of the base, such as
  * "axis.force_offset_n". */
 void experiment_from_parameter(const struct mechanism *mechanism, const struct effect *effect, const char *parameter, char text[GAP_TEXT]);
+
+/* Writes the experiment that tells a mass or a spring from a part that moves by itself, after tests
+ * at one frequency. */
+void experiment_other_frequency(const struct mechanism *mechanism, double hz, char text[GAP_TEXT]);
 
 /* Advice for a gap that no effect of the catalogue explains. */
 const char *experiment_unknown(void);

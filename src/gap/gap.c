@@ -193,6 +193,16 @@ static int weigh(struct inquiry *q, struct gap_result *r, struct error *error) {
     return status;
 }
 
+/* Returns the frequency of all tests, within a tenth; 0: they differ, or one is no sinusoid. */
+static double common_hz(const struct recording *measured) {
+    double hz = measured->test[0].frequency_hz;
+    for (int i = 0; i < measured->tests; i++) {
+        const struct recording_test *t = &measured->test[i];
+        if (t->segment_s > 0.0 || fabs(t->frequency_hz - hz) > 0.1 * hz) return 0.0;
+    }
+    return hz;
+}
+
 int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,
               const struct gap_options *options, struct gap_result *r, struct waves *waves, struct error *error) {
     int64_t start_ns = monotonic_ns();
@@ -209,6 +219,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
     for (int i = measured->tests - 1; i >= 0; i--)
         if (!(measured->test[i].segment_s > 0.0) && measured->test[i].frequency_hz != measured->test[i].stated_hz)
             r->stated_hz = measured->test[i].stated_hz, r->moved_hz = measured->test[i].frequency_hz;
+    r->one_hz = common_hz(measured);
     r->controller_known = isfinite(r->controller_difference);
     r->controller_differs = r->controller_difference > CONTROLLER_DIFFERS;
 

@@ -145,6 +145,8 @@ struct gap_result {
     int ambiguous;                        /* number of effects that the data cannot distinguish from
                                            * effect[in_doubt]; ambiguous_with: their indices in
                                            * effect_table */
+    bool ambiguous_together;              /* only all of them together look like it; false: each
+                                           * does */
     int in_doubt;
     int ambiguous_with[GAP_RIVALS];
     bool offset_rival;                    /* a dry friction among the effects may also be a
@@ -172,6 +174,8 @@ struct gap_result {
     bool tone_simulated;                  /* the simulation with the effects shows the tone as
                                            * well */
     bool controller_known, controller_differs;
+    double one_hz;                        /* frequency of all tests; 0: they differ, or a motion is
+                                           * no sinusoid */
     double stated_hz, moved_hz;           /* stated and measured frequency of the first test in
                                            * which they differ; otherwise 0 */
     double sampled_s;                     /* time between the log's samples if it differs from the

@@ -45,7 +45,7 @@ extern const struct effect clock_skew, cylinder_coulomb_friction, cylinder_dahl_
 #define SAY(r, ...) snprintf((r)->reason, sizeof (r)->reason, __VA_ARGS__)
 #define ADVISE(r, ...) snprintf((r)->next_experiment, sizeof (r)->next_experiment, __VA_ARGS__)
 
-static const char tone_words[] = "mains, a pump, or a loop that oscillates by itself";
+static const char tone_words[] = "mains, a pump, a part on springs that rings, or a loop that oscillates by itself";
 
 static const char *name_of(int effect) { return effect_table[effect]->name; }
 
@@ -119,6 +119,19 @@ static bool imitated(const struct gap_result *r, const struct remainder *m, int 
     return 0.5 * z * z > THIRD_SHARE * m->before;
 }
 
+/* True if the effects that the model lacks include one of a family. */
+static bool lacks(const struct gap_result *r, enum effect_family family) {
+    bool lacks = false;
+    for (int i = 0; i < r->effects; i++) lacks = lacks || (!r->effect[i].given.on && effect_table[r->effect[i].effect]->family == family);
+    return lacks;
+}
+
+/* True if masses and springs together explain tests at one frequency. Any part that moves by itself
+ * has the force of a mass or a spring there, on each axis another. */
+static bool moves_by_itself(const struct gap_result *r) {
+    return r->one_hz > 0.0 && !r->ambiguous && lacks(r, EFFECT_BODIES) && lacks(r, EFFECT_LOAD);
+}
+
 static bool unknown(struct gap_result *r, const struct remainder *m) {
     int many;
     ADVISE(r, "%s", experiment_unknown());
@@ -129,6 +142,9 @@ static bool unknown(struct gap_result *r, const struct remainder *m) {
         SAY(r, "a deterministic remainder that no effect of the catalogue explains (mean white square %.1f)", m->after / m->values);
     } else if (imitated(r, m, &many)) {
         SAY(r, "no one or two effects of the catalogue explain the gap; it takes %d to imitate it", many);
+    } else if (moves_by_itself(r)) {
+        SAY(r, "masses and springs together, at one frequency, look like any part that moves by itself: a liquid, a base on springs");
+        experiment_other_frequency(params_mechanism(&r->model), r->one_hz, r->next_experiment);
     } else if (refuted(r)) {
         const char *where = r->simulated ? "simulation" : "the measured motion";
         double floors = sqrt(counts(r, &r->held_out_after) / counts(r, &r->noise_floor));
@@ -194,16 +210,26 @@ static void list_all(struct gap_result *r) {
     list(r, true, lacks ? " and has " : " has ", " of another size");
 }
 
+/* Appends the names of effects. */
+static void append_names(struct gap_result *r, int effects, const int effect[]) {
+    for (int i = 0; i < effects; i++) {
+        append(r, i == 0 ? "" : i + 1 == effects ? " and " : ", ");
+        append(r, name_of(effect[i]));
+    }
+    if (!effects) append(r, "no effect");
+}
+
 static void name(struct gap_result *r) {
     const struct mechanism *mechanism = params_mechanism(&r->model);
     int doubted = r->effect[r->in_doubt].effect, rival = r->ambiguous_with[0];
     if (r->ambiguous) {
         r->verdict = GAP_AMBIGUOUS;
         char pair[GAP_TEXT];
-        snprintf(pair, sizeof pair, "these data cannot tell %s from %s", name_of(doubted), name_of(rival));
+        snprintf(pair, sizeof pair, "these data cannot tell %s from ", name_of(doubted));
         r->reason[0] = '\0';
         if (r->effects > 1) list_all(r), append(r, "; ");
         append(r, pair);
+        append_names(r, r->ambiguous_together ? r->ambiguous : 1, r->ambiguous_with);
         experiment_between(mechanism, effect_table[doubted], effect_table[rival], r->next_experiment);
         return;
     }
@@ -261,6 +287,15 @@ static void say_offset(struct gap_result *r) {
     append(r, text);
 }
 
+/* Mentions parts that move by themselves. At one frequency the force of such a part is that of a
+ * mass or a spring, whatever its own frequency is. */
+static void say_one_frequency(struct gap_result *r) {
+    bool alike = lacks(r, EFFECT_BODIES) || lacks(r, EFFECT_LOAD);
+    if (r->verdict == GAP_UNKNOWN_EFFECT || !(r->one_hz > 0.0) || !alike) return;
+    append(r, "; at one frequency, as all tests have, a part that moves by itself, such as a liquid or a base on springs, looks the same");
+    if (!r->next_experiment[0]) experiment_other_frequency(params_mechanism(&r->model), r->one_hz, r->next_experiment);
+}
+
 /* Adds remarks that do not depend on the named effect: how the recording differs from what was
  * stated, and, unless the effect is unknown, a tone and a constant force. With effects it also says
  * why no simulation shows them, or that the simulation leaves a constant. */
@@ -275,6 +310,7 @@ static void say_rest(struct gap_result *r) {
         append(r, text);
     }
     say_offset(r);
+    say_one_frequency(r);
     if (r->verdict == GAP_EFFECT_NAMED && leaves_constants(r))
         append(r, "; what simulation leaves is constant: where a run begins decides that, as long as a valve stays shut");
 
@@ -350,19 +386,12 @@ bool judge_partly(struct gap_result *r) {
     return true;
 }
 
-/* Appends the names of effects. */
-static void append_names(struct gap_result *r, int effects, const int effect[]) {
-    for (int i = 0; i < effects; i++) {
-        append(r, i == 0 ? "" : i + 1 == effects ? " and " : ", ");
-        append(r, name_of(effect[i]));
-    }
-    if (!effects) append(r, "no effect");
-}
-
-/* Finds the one effect of the result that the contradicting set lacks, and the one that it has in
- * its place. Returns false if the two differ otherwise. */
-static bool exchanged(const struct gap_result *r, const struct gap_certainty *c, int *place, int *rival) {
-    int lacks = 0, has = 0;
+/* True if the contradicting set has another in place of one effect of the result, or several that
+ * look like it, and all else in common with it. place: receives the place of that effect; rivals:
+ * the others, whose number is counted. */
+static bool exchanged(const struct gap_result *r, const struct gap_certainty *c, int *place, int *count, int rivals[GAP_EFFECTS]) {
+    int lacks = 0;
+    *count = 0;
     for (int i = 0; i < r->effects; i++) {
         bool in = false;
         for (int j = 0; j < c->others; j++) in = in || c->other[j] == r->effect[i].effect;
@@ -371,17 +400,21 @@ static bool exchanged(const struct gap_result *r, const struct gap_certainty *c,
     for (int j = 0; j < c->others; j++) {
         bool in = false;
         for (int i = 0; i < r->effects; i++) in = in || c->other[j] == r->effect[i].effect;
-        if (!in) has++, *rival = c->other[j];
+        if (!in) rivals[(*count)++] = c->other[j];
     }
-    return lacks == 1 && has == 1;
+    bool alike = true;
+    for (int i = 0; i < *count && lacks == 1; i++)
+        alike = alike && experiment_is_known(effect_table[r->effect[*place].effect], effect_table[rivals[i]]);
+    return lacks == 1 && (*count == 1 || (*count > 1 && alike));
 }
 
 void judge_certainty(struct gap_result *r, const struct remainder *m, const struct gap_certainty *c) {
-    int place = 0, rival = 0;
+    int place = 0, count, rivals[GAP_EFFECTS];
     r->certainty = *c;
     if (!(c->probability < GAP_SURE)) return;
-    if (r->verdict == GAP_EFFECT_NAMED && c->probability + c->other_probability >= GAP_SURE && exchanged(r, c, &place, &rival)) {
-        r->ambiguous = 1, r->in_doubt = place, r->ambiguous_with[0] = rival;
+    if (r->verdict == GAP_EFFECT_NAMED && c->probability + c->other_probability >= GAP_SURE && exchanged(r, c, &place, &count, rivals)) {
+        r->ambiguous = count, r->in_doubt = place, r->ambiguous_together = count > 1;
+        memcpy(r->ambiguous_with, rivals, (size_t)count * sizeof *rivals);
         r->certainty.probability = fmin(c->probability + c->other_probability, 1.0);
         judge(r, m);
         return;

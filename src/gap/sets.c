@@ -166,9 +166,10 @@ static double log_prior(const struct diagnosis *d, const struct set *s) {
     for (int i = 0; i < d->hypotheses; i++)
         effects += d->hypothesis[i].pattern == PATTERN_ALL && (i == 0 || d->hypothesis[i - 1].effect < d->hypothesis[i].effect);
     effects += d->added;
+    int causes = s->causes ? s->causes : s->effects;
     double shapes = params_legs(d->given) > 1 ? 2.0 + LEGS : 1.0;
-    double size = s->effects < GAP_EFFECTS ? s->effects + 1.0 : GAP_EFFECTS;
-    return -size * log(2.0) - log_choose(effects, s->effects) - s->effects * log(shapes);
+    double size = causes < GAP_EFFECTS ? causes + 1.0 : GAP_EFFECTS;
+    return -size * log(2.0) - log_choose(effects, causes) - causes * log(shapes);
 }
 
 static double log_sum(double a, double b) {

@@ -15,6 +15,7 @@ enum { SETS_MAX = 64, SETS_SIZES = 80 };
 struct set {
     int effects;
     struct hypothesis hypothesis[GAP_EFFECTS];
+    int causes; /* as how many effects the prior counts them; 0: each as one */
     struct params model;
     struct linearised linear;
     /* evidence: log of the mean evidence over the sizes of the remainder, plus log_prior.

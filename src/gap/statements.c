@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "experiment.h"
 #include "goodness.h"
 #include "memory.h"
 #include "numeric.h"
@@ -402,6 +403,30 @@ static void keep_limits(struct comparison *s, const struct set *one, int place, 
         }
 }
 
+/* True if a hypothesis about all legs has an effect of another family that looks like this one. */
+static bool looks_like(const struct hypothesis *h, int effect, const struct set *beside) {
+    const struct effect *a = effect_table[h->effect], *b = effect_table[effect];
+    return h->pattern == PATTERN_ALL && a->family != b->family && experiment_is_known(a, b) && sets_place(beside, h->effect) < 0;
+}
+
+/* Keeps the sets in which two effects replace one that both look like: a larger mass with a larger
+ * inertia looks like springs, and neither does so alone. The prior counts the two as one, because
+ * they are not chosen among all pairs. */
+static void keep_pairs(struct comparison *s, const struct set *found, int place, int hypotheses, const struct hypothesis *list) {
+    int effect = found->hypothesis[place].effect;
+    struct set *one = memory_get(1, sizeof *one);
+    for (int i = 0; i < hypotheses && found->effects < GAP_EFFECTS; i++)
+        for (int j = i + 1; j < hypotheses; j++) {
+            if (list[i].effect == list[j].effect || !looks_like(&list[i], effect, found) || !looks_like(&list[j], effect, found)) continue;
+            *one = without_one(s->d, found, place);
+            one->causes = found->effects;
+            one->hypothesis[one->effects++] = list[i], one->hypothesis[one->effects++] = list[j];
+            hypothesis_at(&list[i], 1.0, &one->model), hypothesis_at(&list[j], 1.0, &one->model);
+            sets_keep(s, one);
+        }
+    free(one);
+}
+
 /* Place in another set of an effect that is in both; otherwise that of an effect which only the
  * other set has, with this one as its limiting case, and which is not taken. -1: there is none. */
 static int counterpart(const struct set *one, int place, const struct set *other, const bool taken[GAP_EFFECTS]) {
@@ -461,6 +486,7 @@ static void keep_all(struct comparison *s, const struct params *base, const stru
         sets_keep(s, one);
         keep_limits(s, one, 0, hypotheses, list);
     }
+    for (int i = 0; i < found->effects; i++) keep_pairs(s, found, i, hypotheses, list);
     for (int i = 0; i < sets; i++) *one = tried[i], sets_keep(s, one);
     free(list);
     free(one);

@@ -44,7 +44,7 @@ static void effects_words(FILE *out, const struct gap_result *r) {
         fprintf(out, "%s%s", joint(r, i), doubted && r->effects > 1 ? "either " : "");
         section_effect_words(out, r->effect[i].effect, r->effect[i].pattern, params_legs(&r->model));
         for (int j = 0; doubted && j < r->ambiguous; j++) {
-            fputs(", or ", out);
+            fputs(j && r->ambiguous_together ? " and " : ", or ", out);
             section_effect_words(out, r->ambiguous_with[j], PATTERN_ALL, params_legs(&r->model));
         }
     }
@@ -101,7 +101,8 @@ static void missing_card(FILE *out, const struct gap_result *r) {
     for (int i = 0; i < r->effects; i++) {
         effect_card(out, &r->effect[i]);
         for (int j = 0; j < r->ambiguous && i == r->in_doubt; j++)
-            html_print(out, "<p>or <code>%s</code></p>\n", effect_table[r->ambiguous_with[j]]->name);
+            html_print(out, "<p>%s <code>%s</code></p>\n", j && r->ambiguous_together ? "and" : "or",
+                       effect_table[r->ambiguous_with[j]]->name);
     }
     if (r->verdict == GAP_NO_GAP)
         fprintf(out,

@@ -145,13 +145,13 @@ char *gap_json(const struct gap_result *r, const char *model) {
     if (!path) path = json_string("model.yaml");
     json_t *white = json_pack("{so so}", "before", report_number(r->white_before), "after", report_number(r->white_after));
     json_t *family = gap_family_name(r)[0] ? json_string(gap_family_name(r)) : json_null();
-    json_t *root = json_pack("{ss ss ss so so so so so so so so so so so so ss so so so so so ss so}", "schema", "hexid.gap/1", "verdict",
-                             gap_verdict_names[r->verdict], "reason", r->reason, "statements", statements(r), "family", family, "certainty",
-                             report_number(r->certainty.probability), "remainder", remaining(r), "effects", effects, "in_doubt", doubted,
-                             "ambiguous_with", rivals, "rejected", rejected(r), "where", where, "gap", sizes(r), "mean_white_square", white,
-                             "unexplained_fraction", report_number(r->unexplained_fraction), "next_experiment", r->next_experiment, "base",
-                             base(r), "Mt", matrices(r), "line", tone(&r->tone), "controller_difference",
-                             report_number(r->controller_difference), "seconds", report_number(r->seconds), "replay",
-                             r->simulated ? "closed-loop" : "motion", "model", path);
+    json_t *root = json_pack("{ss ss ss so so so so so so so sb so so so so so ss so so so so so ss so}", "schema", "hexid.gap/1",
+                             "verdict", gap_verdict_names[r->verdict], "reason", r->reason, "statements", statements(r), "family", family,
+                             "certainty", report_number(r->certainty.probability), "remainder", remaining(r), "effects", effects,
+                             "in_doubt", doubted, "ambiguous_with", rivals, "ambiguous_together", r->ambiguous_together, "rejected",
+                             rejected(r), "where", where, "gap", sizes(r), "mean_white_square", white, "unexplained_fraction",
+                             report_number(r->unexplained_fraction), "next_experiment", r->next_experiment, "base", base(r), "Mt",
+                             matrices(r), "line", tone(&r->tone), "controller_difference", report_number(r->controller_difference),
+                             "seconds", report_number(r->seconds), "replay", r->simulated ? "closed-loop" : "motion", "model", path);
     return report_text(root);
 }

@@ -43,7 +43,8 @@ static void print_findings(FILE *out, const struct gap_result *r) {
     for (int i = 0; i < r->effects; i++) {
         print_effect(out, &r->effect[i], i == 0);
         for (int j = 0; j < r->ambiguous && i == r->in_doubt; j++)
-            fprintf(out, "  cannot be told from %s\n", effect_table[r->ambiguous_with[j]]->name);
+            fprintf(out, "  %s %s\n", j && r->ambiguous_together ? "together with" : "cannot be told from",
+                    effect_table[r->ambiguous_with[j]]->name);
     }
     for (int i = 0, shown = 0; i < r->candidates && shown < RUNNERS_UP && r->verdict != GAP_NO_GAP && !r->statements; i++) {
         if (section_named(r, r->candidate[i].effect)) continue;

@@ -40,7 +40,8 @@ PRODUCTS = {"valve_flow_gain.scale": "hydraulics.valve_flow_m3_per_s", "internal
 
 # Physically alike on the six tests: an ambiguous verdict with exactly this set is right (tests/bench/signatures shows which).
 ALIKE = [{"payload_rotational_inertia", "external_stiffness"}, {"payload_mass", "external_stiffness"}, {"command_delay", "valve_lag"},
-         {"actuator_inertia", "external_stiffness"}, {"position_sensor_scale", "position_sensor_offset"},
+         {"actuator_inertia", "external_stiffness"}, {"payload_mass", "payload_rotational_inertia", "external_stiffness"},
+         {"actuator_inertia", "payload_rotational_inertia", "external_stiffness"}, {"position_sensor_scale", "position_sensor_offset"},
          {"geometry_error", "payload_center_of_mass"},
          {"geometry_error", "position_sensor_offset"}]  # moving a joint along a leg lengthens it, as a zero error of its sensor does
 RIVAL_Z = 4  # threshold of src/gap/search.c to distinguish two effects; below it an ambiguous set contains both
