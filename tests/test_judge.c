@@ -67,9 +67,12 @@ static void at_one_frequency_a_part_that_moves_by_itself_looks_like_a_mass_or_a_
     assert_verdict(&mass, &much, GAP_UNKNOWN_EFFECT, "remainder");
     assert_null(strstr(mass.reason, "at one frequency"));
     mass.ambiguous = 0, mass.effects = 2, mass.effect[1] = spring.effect[0];
-    assert_verdict(&mass, &noise, GAP_UNKNOWN_EFFECT, "masses and springs together");
+    assert_verdict(&mass, &noise, GAP_UNKNOWN_EFFECT, "payload_mass and external_stiffness explain the gap, but at one frequency");
     assert_non_null(strstr(mass.next_experiment, "tests.frequency_hz=2"));
-    mass.one_hz = 0.0;
+    assert_false(judge_partly(&mass));
+    mass.effect[0].given.on = true; /* of another size, and as alike as before */
+    assert_verdict(&mass, &noise, GAP_UNKNOWN_EFFECT, "at one frequency");
+    mass.effect[0].given.on = false, mass.one_hz = 0.0;
     assert_verdict(&mass, &noise, GAP_EFFECT_NAMED, "payload_mass and external_stiffness");
 }
 

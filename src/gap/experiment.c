@@ -36,11 +36,11 @@ void experiment_from_parameter(const struct mechanism *mechanism, const struct e
 
 void experiment_other_frequency(const struct mechanism *mechanism, double hz, char text[GAP_TEXT]) {
     char record[80];
-    snprintf(record, sizeof record, "`--set tests.frequency_hz=%.3g`", 0.5 * hz);
+    snprintf(record, sizeof record, "`--set tests.frequency_hz=%.3g`, and both logs", 0.5 * hz);
     const struct effect_experiment half = {
         .record = record,
-        .record_axis = "a test at half the frequency",
-        .shows = "masses and springs stay what they are; what moves by itself does not",
+        .record_axis = "a test at half the frequency, and both recordings",
+        .shows = "a mass or a spring has the same value at both frequencies, a part that moves by itself has not",
     };
     say(mechanism, &half, text);
 }

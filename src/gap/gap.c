@@ -40,7 +40,8 @@ static void extend(const struct params *given, const struct diagnosis *d, struct
 /* Removes the effects from the result, because no effect of the catalogue explains the gap. Its
  * models and sizes become those without effects. */
 static void give_up(const struct params *given, struct gap_result *r) {
-    r->effects = r->ambiguous = 0;
+    r->effects = r->ambiguous = r->in_doubt = 0;
+    r->ambiguous_together = false;
     r->certainty = (struct gap_certainty){.probability = (double)NAN};
     r->model = *given;
     r->fitted = r->base_model;
@@ -193,14 +194,15 @@ static int weigh(struct inquiry *q, struct gap_result *r, struct error *error) {
     return status;
 }
 
-/* Returns the frequency of all tests, within a tenth; 0: they differ, or one is no sinusoid. */
-static double common_hz(const struct recording *measured) {
-    double hz = measured->test[0].frequency_hz;
-    for (int i = 0; i < measured->tests; i++) {
-        const struct recording_test *t = &measured->test[i];
-        if (t->segment_s > 0.0 || fabs(t->frequency_hz - hz) > 0.1 * hz) return 0.0;
-    }
-    return hz;
+/* True if both recordings have each axis at one frequency, within a tenth. */
+static bool one_frequency(const struct recording *a, const struct recording *b) {
+    for (int i = 0; i < a->tests; i++)
+        for (int j = 0; j < b->tests; j++) {
+            const struct recording_test *t = &a->test[i], *u = &b->test[j];
+            bool sinusoids = !(t->segment_s > 0.0) && !(u->segment_s > 0.0);
+            if (!sinusoids || (t->dof == u->dof && !(fabs(t->frequency_hz - u->frequency_hz) <= 0.1 * u->frequency_hz))) return false;
+        }
+    return true;
 }
 
 int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,
@@ -219,7 +221,8 @@ int gap_solve(const struct params *params, const struct recording *measured, con
     for (int i = measured->tests - 1; i >= 0; i--)
         if (!(measured->test[i].segment_s > 0.0) && measured->test[i].frequency_hz != measured->test[i].stated_hz)
             r->stated_hz = measured->test[i].stated_hz, r->moved_hz = measured->test[i].frequency_hz;
-    r->one_hz = common_hz(measured);
+    bool one = one_frequency(measured, measured) && (!validate || one_frequency(measured, validate));
+    r->one_hz = one ? measured->test[0].frequency_hz : 0.0;
     r->controller_known = isfinite(r->controller_difference);
     r->controller_differs = r->controller_difference > CONTROLLER_DIFFERS;
 
@@ -242,7 +245,10 @@ int gap_solve(const struct params *params, const struct recording *measured, con
         judge(r, &q.remainder);
         if (doubtful(r)) status = review(&q, r, error);
         if (r->verdict == GAP_UNKNOWN_EFFECT) give_up(params, r);
-        if (!status && r->verdict != GAP_UNKNOWN_EFFECT && isnan(r->certainty.probability)) status = weigh(&q, r, error);
+        if (!status && r->verdict != GAP_UNKNOWN_EFFECT && isnan(r->certainty.probability)) {
+            status = weigh(&q, r, error);
+            if (r->verdict == GAP_UNKNOWN_EFFECT) give_up(params, r);
+        }
         if (waves && r->simulated) waves_closed_loop(waves, measured, &q.runs[0].run, r->effects ? replay_after(q.runs) : &q.runs[0].run);
     }
     replay_free(q.runs);

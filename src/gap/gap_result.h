@@ -174,7 +174,8 @@ struct gap_result {
     bool tone_simulated;                  /* the simulation with the effects shows the tone as
                                            * well */
     bool controller_known, controller_differs;
-    double one_hz;                        /* frequency of all tests; 0: they differ, or a motion is
+    double one_hz;                        /* frequency of the first test if each axis has one; 0:
+                                           * they differ, also in the validation log, or a motion is
                                            * no sinusoid */
     double stated_hz, moved_hz;           /* stated and measured frequency of the first test in
                                            * which they differ; otherwise 0 */

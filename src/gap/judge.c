@@ -40,7 +40,7 @@ static const double TRACE_SHARE = 5e-3;    /* a remainder below this share of th
 static const double THIRD_SHARE = 0.05;    /* three effects imitate something else if the third
                                             * explains more than this share of the excess */
 
-extern const struct effect clock_skew, cylinder_coulomb_friction, cylinder_dahl_friction;
+extern const struct effect clock_skew, cylinder_coulomb_friction, cylinder_dahl_friction, external_stiffness;
 
 #define SAY(r, ...) snprintf((r)->reason, sizeof (r)->reason, __VA_ARGS__)
 #define ADVISE(r, ...) snprintf((r)->next_experiment, sizeof (r)->next_experiment, __VA_ARGS__)
@@ -119,17 +119,23 @@ static bool imitated(const struct gap_result *r, const struct remainder *m, int 
     return 0.5 * z * z > THIRD_SHARE * m->before;
 }
 
-/* True if the effects that the model lacks include one of a family. */
-static bool lacks(const struct gap_result *r, enum effect_family family) {
-    bool lacks = false;
-    for (int i = 0; i < r->effects; i++) lacks = lacks || (!r->effect[i].given.on && effect_table[r->effect[i].effect]->family == family);
-    return lacks;
+static bool is_spring(int effect) { return effect_table[effect] == &external_stiffness; }
+
+/* True if the effect is a mass or an inertia that looks like a spring at one frequency. */
+static bool is_inertia(int effect) {
+    return effect_table[effect]->family == EFFECT_BODIES && experiment_is_known(effect_table[effect], &external_stiffness);
 }
 
 /* True if masses and springs together explain tests at one frequency. Any part that moves by itself
  * has the force of a mass or a spring there, on each axis another. */
 static bool moves_by_itself(const struct gap_result *r) {
-    return r->one_hz > 0.0 && !r->ambiguous && lacks(r, EFFECT_BODIES) && lacks(r, EFFECT_LOAD);
+    bool spring = false, inertia = false;
+    for (int i = 0; i < r->effects; i++) {
+        bool doubted = r->ambiguous && i == r->in_doubt;
+        spring = spring || (!doubted && is_spring(r->effect[i].effect));
+        inertia = inertia || (!doubted && is_inertia(r->effect[i].effect));
+    }
+    return r->one_hz > 0.0 && spring && inertia;
 }
 
 static bool unknown(struct gap_result *r, const struct remainder *m) {
@@ -143,7 +149,12 @@ static bool unknown(struct gap_result *r, const struct remainder *m) {
     } else if (imitated(r, m, &many)) {
         SAY(r, "no one or two effects of the catalogue explain the gap; it takes %d to imitate it", many);
     } else if (moves_by_itself(r)) {
-        SAY(r, "masses and springs together, at one frequency, look like any part that moves by itself: a liquid, a base on springs");
+        const char *before = "";
+        SAY(r, "%s", "");
+        for (int i = 0; i < r->effects; i++)
+            if (is_spring(r->effect[i].effect) || is_inertia(r->effect[i].effect))
+                append(r, before), append(r, name_of(r->effect[i].effect)), before = " and ";
+        append(r, " explain the gap, but at one frequency so does any part that moves by itself, such as a liquid or a base on springs");
         experiment_other_frequency(params_mechanism(&r->model), r->one_hz, r->next_experiment);
     } else if (refuted(r)) {
         const char *where = r->simulated ? "simulation" : "the measured motion";
@@ -290,9 +301,13 @@ static void say_offset(struct gap_result *r) {
 /* Mentions parts that move by themselves. At one frequency the force of such a part is that of a
  * mass or a spring, whatever its own frequency is. */
 static void say_one_frequency(struct gap_result *r) {
-    bool alike = lacks(r, EFFECT_BODIES) || lacks(r, EFFECT_LOAD);
+    bool alike = false;
+    for (int i = 0; i < r->effects; i++) alike = alike || is_spring(r->effect[i].effect) || is_inertia(r->effect[i].effect);
+    for (int i = 0; i < r->ambiguous; i++) alike = alike || is_spring(r->ambiguous_with[i]) || is_inertia(r->ambiguous_with[i]);
     if (r->verdict == GAP_UNKNOWN_EFFECT || !(r->one_hz > 0.0) || !alike) return;
-    append(r, "; at one frequency, as all tests have, a part that moves by itself, such as a liquid or a base on springs, looks the same");
+    append(
+        r,
+        "; all tests have one frequency, at which a part that moves by itself (a liquid, a base on springs) looks like a mass or a spring");
     if (!r->next_experiment[0]) experiment_other_frequency(params_mechanism(&r->model), r->one_hz, r->next_experiment);
 }
 
@@ -358,7 +373,7 @@ void judge(struct gap_result *r, const struct remainder *m) {
 }
 
 bool judge_partly(struct gap_result *r) {
-    if (line_remains(r) || !(r->unexplained_fraction < PARTLY_LEFT)) return false;
+    if (line_remains(r) || moves_by_itself(r) || !(r->unexplained_fraction < PARTLY_LEFT)) return false;
     const char *before = " ";
     bool pressures = isfinite(r->held_out_after.channel[GAP_P1]);
     r->verdict = GAP_PARTLY_NAMED;
@@ -391,21 +406,22 @@ bool judge_partly(struct gap_result *r) {
  * the others, whose number is counted. */
 static bool exchanged(const struct gap_result *r, const struct gap_certainty *c, int *place, int *count, int rivals[GAP_EFFECTS]) {
     int lacks = 0;
+    bool alike = true;
     *count = 0;
     for (int i = 0; i < r->effects; i++) {
         bool in = false;
         for (int j = 0; j < c->others; j++) in = in || c->other[j] == r->effect[i].effect;
         if (!in) lacks++, *place = i;
     }
+    if (lacks != 1) return false;
     for (int j = 0; j < c->others; j++) {
         bool in = false;
         for (int i = 0; i < r->effects; i++) in = in || c->other[j] == r->effect[i].effect;
-        if (!in) rivals[(*count)++] = c->other[j];
+        if (in) continue;
+        rivals[(*count)++] = c->other[j];
+        alike = alike && experiment_is_known(effect_table[r->effect[*place].effect], effect_table[c->other[j]]);
     }
-    bool alike = true;
-    for (int i = 0; i < *count && lacks == 1; i++)
-        alike = alike && experiment_is_known(effect_table[r->effect[*place].effect], effect_table[rivals[i]]);
-    return lacks == 1 && (*count == 1 || (*count > 1 && alike));
+    return *count == 1 || (*count > 1 && alike);
 }
 
 void judge_certainty(struct gap_result *r, const struct remainder *m, const struct gap_certainty *c) {

@@ -21,12 +21,14 @@ struct remainder {
 void judge(struct gap_result *r, const struct remainder *m);
 
 /* Makes the verdict partly_named, for a result whose effects come from sets (statements.h). Returns
- * false and changes nothing if a tone or most of the gap remains. */
+ * false and changes nothing if a tone or most of the gap remains, or if the effects look like any
+ * part that moves by itself. */
 bool judge_partly(struct gap_result *r);
 
 /* Notes the probability of what the verdict says. Below GAP_SURE the reason has it, with the
  * likeliest set that contradicts the verdict, and effect_named becomes partly_named; it becomes
- * ambiguous if that set has one other effect in place of one, and both together are sure. */
+ * ambiguous if that set has another effect in place of one, or several that look like it, and both
+ * together are sure. */
 void judge_certainty(struct gap_result *r, const struct remainder *m, const struct gap_certainty *certainty);
 
 #endif

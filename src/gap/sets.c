@@ -160,7 +160,8 @@ bool sets_same(const struct set *a, const struct set *b) {
 static double log_choose(int n, int k) { return lgamma(n + 1.0) - lgamma(k + 1.0) - lgamma(n - k + 1.0); }
 
 /* Log of the prior probability of a set: one half for no effect, a quarter for one effect, and so
- * on. All sets of a size are equally likely, and so are all choices of legs for an effect. */
+ * on. All sets of a size are equally likely, and so are all choices of legs for an effect. A set
+ * may count as one of fewer effects (struct set). */
 static double log_prior(const struct diagnosis *d, const struct set *s) {
     int effects = 0;
     for (int i = 0; i < d->hypotheses; i++)

@@ -346,7 +346,7 @@ static struct gap_certainty certainty_of(const struct comparison *s, const struc
  * explain the gap together. */
 static bool settle(struct comparison *s, struct gap_result *r, int sure) {
     struct set *one = memory_get(1, sizeof *one);
-    r->ambiguous = 0, r->in_doubt = 0;
+    r->ambiguous = 0, r->in_doubt = 0, r->ambiguous_together = false;
     sure = find_rivals(s, r, sure);
     sure = sure ? fit_all(s, r, sure, one) : 0;
     bool exact = false;
@@ -403,21 +403,23 @@ static void keep_limits(struct comparison *s, const struct set *one, int place, 
         }
 }
 
-/* True if a hypothesis about all legs has an effect of another family that looks like this one. */
-static bool looks_like(const struct hypothesis *h, int effect, const struct set *beside) {
-    const struct effect *a = effect_table[h->effect], *b = effect_table[effect];
-    return h->pattern == PATTERN_ALL && a->family != b->family && experiment_is_known(a, b) && sets_place(beside, h->effect) < 0;
+/* True if a hypothesis about a body looks like an effect. */
+static bool body_like(const struct hypothesis *h, int effect) {
+    bool body = h->pattern == PATTERN_ALL && effect_table[h->effect]->family == EFFECT_BODIES;
+    return body && effect_table[effect]->family != EFFECT_BODIES && experiment_is_known(effect_table[h->effect], effect_table[effect]);
 }
 
-/* Keeps the sets in which two effects replace one that both look like: a larger mass with a larger
- * inertia looks like springs, and neither does so alone. The prior counts the two as one, because
- * they are not chosen among all pairs. */
-static void keep_pairs(struct comparison *s, const struct set *found, int place, int hypotheses, const struct hypothesis *list) {
+/* Keeps the sets in which two bodies, each of which looks like an effect but not like the other,
+ * replace it. A payload of another mass has other inertias, too, and together they look like
+ * springs. The prior counts the two as one effect. */
+static void keep_bodies(struct comparison *s, const struct set *found, int place, int hypotheses, const struct hypothesis *list) {
     int effect = found->hypothesis[place].effect;
     struct set *one = memory_get(1, sizeof *one);
     for (int i = 0; i < hypotheses && found->effects < GAP_EFFECTS; i++)
         for (int j = i + 1; j < hypotheses; j++) {
-            if (list[i].effect == list[j].effect || !looks_like(&list[i], effect, found) || !looks_like(&list[j], effect, found)) continue;
+            const struct effect *a = effect_table[list[i].effect], *b = effect_table[list[j].effect];
+            bool two = body_like(&list[i], effect) && body_like(&list[j], effect) && a != b && !experiment_is_known(a, b);
+            if (!two || sets_place(found, list[i].effect) >= 0 || sets_place(found, list[j].effect) >= 0) continue;
             *one = without_one(s->d, found, place);
             one->causes = found->effects;
             one->hypothesis[one->effects++] = list[i], one->hypothesis[one->effects++] = list[j];
@@ -471,7 +473,7 @@ static void take(const struct comparison *s, const struct set *one, struct gap_r
         snprintf(e->evidence, sizeof e->evidence, "%s", gap_signature(e->effect, params_legs(s->d->given)));
     }
     r->effects = effects;
-    r->ambiguous = r->in_doubt = 0;
+    r->ambiguous = r->in_doubt = 0, r->ambiguous_together = false;
     gap_sort_effects(r);
 }
 
@@ -486,7 +488,7 @@ static void keep_all(struct comparison *s, const struct params *base, const stru
         sets_keep(s, one);
         keep_limits(s, one, 0, hypotheses, list);
     }
-    for (int i = 0; i < found->effects; i++) keep_pairs(s, found, i, hypotheses, list);
+    for (int i = 0; i < found->effects; i++) keep_bodies(s, found, i, hypotheses, list);
     for (int i = 0; i < sets; i++) *one = tried[i], sets_keep(s, one);
     free(list);
     free(one);

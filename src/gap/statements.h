@@ -15,12 +15,13 @@ bool statements_find(struct diagnosis *d, struct gap_result *r);
 bool statements_empirical(const struct gap_result *r);
 
 /* Compares the set that a search found with those that lack one of its effects, with those in which
- * limiting cases replace effects of these, with the base without any, and with the sets that were
- * tried. If a limiting case explains about as much, or the law that it replaces is at the end of
- * its range, or fewer of the effects are likelier, puts the simpler effects into r, the diagnosis
- * and `found`, and returns true; otherwise the diagnosis is unusable afterwards. certainty:
- * probability that the machine has the effects of the result, and of those that it cannot tell
- * apart exactly one; NaN if its set cannot be compared. The priors are those of the search. */
+ * limiting cases replace effects of these, with those in which two bodies replace one that they
+ * look like together, with the base without any, and with the sets that were tried. If a limiting
+ * case explains about as much, or the law that it replaces is at the end of its range, or fewer of
+ * the effects are likelier, puts the simpler effects into r, the diagnosis and `found`, and returns
+ * true; otherwise the diagnosis is unusable afterwards. certainty: probability that the machine has
+ * the effects of the result, and of those that it cannot tell apart exactly one; NaN if its set
+ * cannot be compared. The priors are those of the search. */
 bool statements_weigh(struct diagnosis *d, struct gap_result *r, struct set *found, int sets, const struct set *tried,
                       struct gap_certainty *certainty);
 

@@ -61,7 +61,7 @@ static void statements_words(FILE *out, const struct gap_result *r) {
 
 static void headline_words(FILE *out, const struct gap_result *r) {
     if (r->verdict == GAP_NO_GAP) fputs("what is left between model and measurement is noise", out);
-    else if (r->verdict == GAP_UNKNOWN_EFFECT) fputs("an effect that is not in the catalogue", out);
+    else if (r->verdict == GAP_UNKNOWN_EFFECT) fputs("an effect that these data do not name", out);
     else if (r->verdict == GAP_PARTLY_NAMED && gap_family_name(r)[0]) statements_words(out, r);
     else effects_words(out, r);
 }
@@ -110,7 +110,9 @@ static void missing_card(FILE *out, const struct gap_result *r) {
                 "parameters; none explains what noise does not.</p>\n",
                 r->candidates);
     if (r->verdict == GAP_UNKNOWN_EFFECT) {
-        fputs("<p>A difference that repeats every cycle, and that none of the catalogue's effects makes. It lives here:</p>\n<ol>", out);
+        fputs(
+            "<p>A difference that repeats every cycle, and that no effect of the catalogue explains for certain. It lives here:</p>\n<ol>",
+            out);
         for (int i = 0; i < r->places && i < 4; i++) place_line(out, &r->where[i], params_legs(&r->model));
         fputs("</ol>\n", out);
     }

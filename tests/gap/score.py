@@ -40,10 +40,10 @@ PRODUCTS = {"valve_flow_gain.scale": "hydraulics.valve_flow_m3_per_s", "internal
 
 # Physically alike on the six tests: an ambiguous verdict with exactly this set is right (tests/bench/signatures shows which).
 ALIKE = [{"payload_rotational_inertia", "external_stiffness"}, {"payload_mass", "external_stiffness"}, {"command_delay", "valve_lag"},
-         {"actuator_inertia", "external_stiffness"}, {"payload_mass", "payload_rotational_inertia", "external_stiffness"},
-         {"actuator_inertia", "payload_rotational_inertia", "external_stiffness"}, {"position_sensor_scale", "position_sensor_offset"},
+         {"actuator_inertia", "external_stiffness"}, {"position_sensor_scale", "position_sensor_offset"},
          {"geometry_error", "payload_center_of_mass"},
          {"geometry_error", "position_sensor_offset"}]  # moving a joint along a leg lengthens it, as a zero error of its sensor does
+TOGETHER = {"payload_mass", "payload_rotational_inertia", "external_stiffness"}  # the first two together, at one frequency
 RIVAL_Z = 4  # threshold of src/gap/search.c to distinguish two effects; below it an ambiguous set contains both
 
 
@@ -236,6 +236,7 @@ def stated_truly(names, result, families):
     levels = [s["level"] for s in result["statements"][:len(named)]]  # the sure statements come first, one an effect; none: all are effects
     doubt = {result["in_doubt"], *result["ambiguous_with"]} if result["ambiguous_with"] else set()
     if doubt and not doubt & true: return False
+    if result["ambiguous_together"] and result["in_doubt"] not in true and not set(result["ambiguous_with"]) <= true: return False
     by_family = [k < len(levels) and levels[k] == "family" for k in range(len(named))]
     return all(e in doubt or (families[e] in own if family else e in true) for e, family in zip(named, by_family))
 
@@ -247,12 +248,13 @@ def judge(names, result, z, weak, families):
     if nearly(names[0]): return {"right": 1.0, "half": 0.5}.get(family_said(names[0], result, families), 0.0), False
     if names[0].startswith("unknown_"): return (1.0 if verdict == "unknown_effect" else 0.0), False
     if len(names) == 2:
-        alike = not rivals or any(set(rivals) | {result["in_doubt"]} <= a for a in ALIKE)
+        doubt = set(rivals) | {result["in_doubt"]}
+        alike = not rivals or any(doubt <= a for a in ALIKE) or (result["ambiguous_together"] and doubt == TOGETHER)
         return (1.0 if alike and set(names) <= set(named + rivals) else 0.0), False
     if verdict in ("effect_named", "partly_named"): return (1.0 if named[:1] == names else 0.0), False
     said = set(named + rivals)
     if verdict != "ambiguous" or names[0] not in said: return 0.0, False
-    if any(said <= a for a in ALIKE): return 1.0, False
+    if any(said <= a for a in ALIKE) or (result["ambiguous_together"] and said == TOGETHER): return 1.0, False
     weak = weak and len(named) == 1 and all(told_apart(names[0], other, z) < RIVAL_Z for other in said - {names[0]})
     return (1.0 if weak else 0.5), weak
 
