@@ -281,10 +281,12 @@ static void every_verdict_has_its_first_screen(void **unused) {
     free(page);
 
     r.ambiguous = r.effects = 0, r.verdict = GAP_UNKNOWN_EFFECT;
+    snprintf(r.reason, sizeof r.reason, "a remark of the verdict");
     page = page_of(&r, &closed_loop, "run.lcm", STATUS_OK);
     assert_well_formed(page);
     assert_says(page, "An effect that these data do not name");
     assert_says(page, "force of leg 3, harmonic 2");
+    assert_says(page, "<code>unknown_effect</code>: a remark of the verdict.</p>");
     assert_int_equal(count(page, "Use it"), 0);
     free(page);
 

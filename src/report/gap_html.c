@@ -153,7 +153,7 @@ static void certainty_line(FILE *out, const struct gap_result *r) {
 
 static void sure_card(FILE *out, const struct gap_result *r) {
     const struct gap_candidate *next = runner_up(r);
-    html_print(out, "<div><h2>How sure</h2>\n<p>Verdict <code>%s</code></p>\n", gap_verdict_names[r->verdict]);
+    html_print(out, "<div><h2>How sure</h2>\n<p>Verdict <code>%s</code>: %s.</p>\n", gap_verdict_names[r->verdict], r->reason);
     for (int i = 0; i < r->effects; i++) evidence(out, &r->effect[i], i == 0, r->verdict != GAP_PARTLY_NAMED);
     if (!r->effects)
         fprintf(
