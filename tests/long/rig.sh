@@ -18,6 +18,7 @@ claim "so is another mass centre" right payload_center_of_mass typical 1 toleran
 claim "and heavier actuators, which weigh more, are no payload" right actuator_inertia typical 1 tolerance
 SET="${exact[*]}" claim "one leg's other masses are named beside another leg's valve null, where gauges are exact" \
     right actuator_inertia+valve_null_bias typical 1511 tolerance
+claim "another mass with another inertia is not taken for springs alone" right payload_mass+payload_rotational_inertia typical 5501 tolerance
 claim "friction that varies by a tenth along the stroke is friction" right nearly_uneven_friction typical 9001 tolerance
 claim "leakage that is turbulent is leakage" right nearly_turbulent_leakage typical 9001 tolerance
 # valued: true if the effect is also named with its value, within 5 % or two stated deviations.
