@@ -40,7 +40,7 @@ SCRIPTS := $(LONGEST:%=tests/scenarios/%.sh) $(filter-out $(LONGEST:%=tests/scen
 # therefore started before the others; the longest first.
 LONG    := $(wildcard tests/long/*.sh) $(patsubst %.c,$(BUILD)/%,$(shell grep -lE 'long_case\(\)|more_cases\(\)' tests/test_*.c)) \
 	$(shell grep -l MORE_CASES tests/scenarios/*.sh)
-FIRST   := tests/long/rig.sh $(addprefix $(BUILD)/tests/test_,extremes axis oscillation)
+FIRST   := $(addprefix tests/long/,rig_laws.sh rig.sh) $(addprefix $(BUILD)/tests/test_,extremes axis oscillation)
 # The fast tier: these scenarios, and the C tests without their slow cases (slow_case in tests/support.h). T=MODULE: what holds that one.
 QUICK   := $(addprefix tests/scenarios/,modules.sh print_config.sh)
 CHECKED := $(if $(T),$(or $(shell BUILD=$(BUILD) tests/of_module $(T)),$(error T=$(T): no module of src/, hal/ or sim/ and no test has this name)),$(QUICK) $(TESTS))

@@ -1,0 +1,17 @@
+#!/bin/bash
+# Hidden effects of the independent rig, as in rig.sh: laws that are nearly the catalogue's, joints, and another motion.
+. tests/long/score_lib
+skip_under 'asan|tsan' "the rig by other means" "minutes under sanitizers; tests/test_gap.c runs the same code"
+export RIG=${BUILD:-build}/tests/rig/rig
+
+claim "friction that varies by a tenth along the stroke is friction" right nearly_uneven_friction typical 9001 tolerance
+claim "leakage that is turbulent is leakage" right nearly_turbulent_leakage typical 9001 tolerance
+# valued: true if the effect is also named with its value, within 5 % or two stated deviations.
+valued() { right "$@" && [ "$(cut -d, -f12 "$work/row")" = 1 ]; }
+claim "friction in the joints of one leg has its leg and value, the joints' axes being stated" \
+    valued passive_joint_friction strong 1501 tolerance
+claim "backlash in all legs is named with its value, rods knocking" valued joint_backlash typical 1501 tolerance
+SET="${exact[*]}" claim "so is a tilted base beside it, where gauges are exact" right base_tilt+joint_backlash typical 1524 tolerance
+# alone: true if no other effect is named beside it.
+alone() { right "$@" && [ "$(cut -d, -f7 "$work/row")" = "$1" ]; }
+MOTION=multisine claim "dry friction under a multisine is no play of the joints" alone cylinder_coulomb_friction typical 1601 tolerance
