@@ -144,6 +144,8 @@ static bool lag_beside_leakage(const struct rig *rig, const struct gap_result *g
 /* Asserts that the hidden effect is named, alone or in a set of effects that cannot be told
  * apart. */
 static void assert_named(const struct rig *rig, const struct gap_result *g) {
+    if (rig->motion == SINE) assert_true(g->one_hz > 0.0);
+    if (rig->motion == CHIRP || rig->motion == MULTISINE) assert_true(g->one_hz == 0.0);
     if (!rig->hides) {
         assert_int_equal(g->verdict, GAP_NO_GAP);
         assert_int_equal(g->effects, 0);

@@ -20,7 +20,7 @@ bool experiment_is_known(const struct effect *a, const struct effect *b);
 void experiment_from_parameter(const struct mechanism *mechanism, const struct effect *effect, const char *parameter, char text[GAP_TEXT]);
 
 /* Writes the experiment that tells a mass or a spring from a part that moves by itself, after tests
- * at one frequency. */
+ * with one frequency an axis. hz: the lowest of them. */
 void experiment_other_frequency(const struct mechanism *mechanism, double hz, char text[GAP_TEXT]);
 
 /* Advice for a gap that no effect of the catalogue explains. */

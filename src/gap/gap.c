@@ -205,6 +205,15 @@ static bool one_frequency(const struct recording *a, const struct recording *b) 
     return true;
 }
 
+/* Returns the lowest frequency of the tests if each axis has one, in the validation log, too;
+ * otherwise 0. */
+static double one_hz(const struct recording *measured, const struct recording *validate) {
+    double lowest = HUGE_VAL;
+    if (!one_frequency(measured, measured) || (validate && !one_frequency(measured, validate))) return 0.0;
+    for (int i = 0; i < measured->tests; i++) lowest = fmin(lowest, measured->test[i].frequency_hz);
+    return lowest;
+}
+
 int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,
               const struct gap_options *options, struct gap_result *r, struct waves *waves, struct error *error) {
     int64_t start_ns = monotonic_ns();
@@ -221,8 +230,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
     for (int i = measured->tests - 1; i >= 0; i--)
         if (!(measured->test[i].segment_s > 0.0) && measured->test[i].frequency_hz != measured->test[i].stated_hz)
             r->stated_hz = measured->test[i].stated_hz, r->moved_hz = measured->test[i].frequency_hz;
-    bool one = one_frequency(measured, measured) && (!validate || one_frequency(measured, validate));
-    r->one_hz = one ? measured->test[0].frequency_hz : 0.0;
+    r->one_hz = one_hz(measured, validate);
     r->controller_known = isfinite(r->controller_difference);
     r->controller_differs = r->controller_difference > CONTROLLER_DIFFERS;
 

@@ -174,9 +174,9 @@ struct gap_result {
     bool tone_simulated;                  /* the simulation with the effects shows the tone as
                                            * well */
     bool controller_known, controller_differs;
-    double one_hz;                        /* frequency of the first test if each axis has one; 0:
-                                           * they differ, also in the validation log, or a motion is
-                                           * no sinusoid */
+    double one_hz;                        /* lowest frequency of the tests if each axis has one, in
+                                           * the validation log, too; 0: an axis has several, or a
+                                           * motion is no sinusoid */
     double stated_hz, moved_hz;           /* stated and measured frequency of the first test in
                                            * which they differ; otherwise 0 */
     double sampled_s;                     /* time between the log's samples if it differs from the

@@ -54,6 +54,15 @@ static void append(struct gap_result *r, const char *text) {
     snprintf(r->reason + used, sizeof r->reason - used, "%s", text);
 }
 
+/* Appends the names of effects. */
+static void append_names(struct gap_result *r, int effects, const int effect[]) {
+    for (int i = 0; i < effects; i++) {
+        append(r, i == 0 ? "" : i + 1 == effects ? " and " : ", ");
+        append(r, name_of(effect[i]));
+    }
+    if (!effects) append(r, "no effect");
+}
+
 /* Share of the excess over noise that remains with the effects. */
 static double trace(const struct remainder *m) { return m->before > 0.0 ? fmax(m->after - m->noise, 0.0) / m->before : 1.0; }
 
@@ -149,11 +158,11 @@ static bool unknown(struct gap_result *r, const struct remainder *m) {
     } else if (imitated(r, m, &many)) {
         SAY(r, "no one or two effects of the catalogue explain the gap; it takes %d to imitate it", many);
     } else if (moves_by_itself(r)) {
-        const char *before = "";
-        SAY(r, "%s", "");
+        int alike[GAP_EFFECTS], count = 0;
         for (int i = 0; i < r->effects; i++)
-            if (is_spring(r->effect[i].effect) || is_inertia(r->effect[i].effect))
-                append(r, before), append(r, name_of(r->effect[i].effect)), before = " and ";
+            if (is_spring(r->effect[i].effect) || is_inertia(r->effect[i].effect)) alike[count++] = r->effect[i].effect;
+        r->reason[0] = '\0';
+        append_names(r, count, alike);
         append(r, " explain the gap, but at one frequency so does any part that moves by itself, such as a liquid or a base on springs");
         experiment_other_frequency(params_mechanism(&r->model), r->one_hz, r->next_experiment);
     } else if (refuted(r)) {
@@ -219,15 +228,6 @@ static void list_all(struct gap_result *r) {
     SAY(r, "the model");
     bool lacks = list(r, false, " lacks ", "");
     list(r, true, lacks ? " and has " : " has ", " of another size");
-}
-
-/* Appends the names of effects. */
-static void append_names(struct gap_result *r, int effects, const int effect[]) {
-    for (int i = 0; i < effects; i++) {
-        append(r, i == 0 ? "" : i + 1 == effects ? " and " : ", ");
-        append(r, name_of(effect[i]));
-    }
-    if (!effects) append(r, "no effect");
 }
 
 static void name(struct gap_result *r) {
@@ -307,7 +307,7 @@ static void say_one_frequency(struct gap_result *r) {
     if (r->verdict == GAP_UNKNOWN_EFFECT || !(r->one_hz > 0.0) || !alike) return;
     append(
         r,
-        "; all tests have one frequency, at which a part that moves by itself (a liquid, a base on springs) looks like a mass or a spring");
+        "; each axis has one frequency, at which a part that moves by itself (a liquid, a base on springs) looks like a mass or a spring");
     if (!r->next_experiment[0]) experiment_other_frequency(params_mechanism(&r->model), r->one_hz, r->next_experiment);
 }
 

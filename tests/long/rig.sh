@@ -12,5 +12,6 @@ claim "so is another mass centre" right payload_center_of_mass typical 1 toleran
 claim "and heavier actuators, which weigh more, are no payload" right actuator_inertia typical 1 tolerance
 SET="${exact[*]}" claim "one leg's other masses are named beside another leg's valve null, where gauges are exact" \
     right actuator_inertia+valve_null_bias typical 1511 tolerance
-claim "another mass with another inertia is not taken for springs alone" right payload_mass+payload_rotational_inertia typical 5501 tolerance
+claim "another mass with another inertia is not taken for springs alone" \
+    right payload_mass+payload_rotational_inertia typical 5501 tolerance
 claim "springs are named, though joints and supply are off" right external_stiffness typical 1201 beyond
