@@ -46,6 +46,11 @@ static const double NULL_TOLERANCE = 0.005; /* accuracy to which makers adjust a
                                              * share of full opening */
 static const double SENSOR_MOST = 3.0; /* largest error of a sensor that is no finding, in standard
                                         * deviations of its prior */
+static const double STEP = 1e-3;       /* step of difference quotients, as a share of a variable's
+                                        * width. It must not be much larger than what the data
+                                        * leave open: a pressure zero is known to a hundredth of
+                                        * its prior, and friction that holds a leg follows the
+                                        * balance of forces no further than its limit */
 static const double OFFSET_MOST_N = 1e6;
 static const double FORCE_LAG_S = 1e-3; /* largest error of the force sensor's stated lag, as large
                                          * as the lag of an amplifier with a filter of 160 Hz */
@@ -67,7 +72,7 @@ static struct variable effect_variable(const struct params *model, const struct 
                              .base = true,
                              .min = place[leg < 0 ? 0 : leg] - tolerance,
                              .max = place[leg < 0 ? 0 : leg] + tolerance,
-                             .step = 0.1 * tolerance,
+                             .step = STEP * tolerance,
                              .equations = EQUATIONS_FORCE};
 }
 
@@ -93,7 +98,7 @@ static int sensor_variables(const struct params *model, bool pressures, struct v
                                    .min = positive ? 0.0 : -SENSOR_MOST * std[i],
                                    .max = SENSOR_MOST * std[i],
                                    .prior_inverse_std = 1.0 / std[i],
-                                   .step = 0.1 * std[i],
+                                   .step = STEP * std[i],
                                    .equations = EQUATIONS_ALL};
     }
     return n;
@@ -169,7 +174,7 @@ static int entry_variables(const struct params *model, const struct base_entry *
                                    .base = true,
                                    .min = value - width,
                                    .max = value + width,
-                                   .step = 0.1 * width,
+                                   .step = STEP * width,
                                    .equations = e->equations};
     }
     return n;
@@ -200,7 +205,7 @@ static struct variable lag_variable(const struct params *model) {
                              .base = true,
                              .min = model->axis.force_lag_s - FORCE_LAG_S,
                              .max = model->axis.force_lag_s + FORCE_LAG_S,
-                             .step = 0.1 * FORCE_LAG_S,
+                             .step = STEP * FORCE_LAG_S,
                              .equations = EQUATIONS_FORCE};
 }
 
