@@ -11,7 +11,7 @@ static const double RIDGE_SHARE = 1e-4; /* ridge, as a share of each diagonal el
                                          * matrix (Levenberg 1944), so that noise moves a variable
                                          * of the linearised base by at most 50 times the standard
                                          * deviation that it has when fitted alone */
-enum { BASE_ITERATIONS = 6 };
+enum { FIRST_SETS = 2, BASE_SETS = 6 };
 
 double diagnosis_held_square(const struct diagnosis *d, const struct params *model) {
     double *white = memory_get((size_t)d->held_out.values, sizeof *white), square = INFINITY;
@@ -20,20 +20,69 @@ double diagnosis_held_square(const struct diagnosis *d, const struct params *mod
     return square;
 }
 
-/* Fits all variables of the model, and updates columns, squares and hypotheses. Returns false if
- * the model cannot make the measured motion. */
-static bool refit(struct diagnosis *d, int iterations) {
-    struct fit_result r = fit_model(&d->fit, &d->model, d->variables, d->variable, NULL, NULL, NULL, iterations);
-    bool fitted = r.ok && fit_raw(&d->fit, &d->model, d->raw) &&
-                  fit_columns(&d->fit, &d->model, d->raw, d->variables, d->variable, NULL, d->column);
-    if (!fitted) return false;
+/* Lists, for each variable, its column of another model; NULL: that model lacks the variable. */
+static void find_known(const struct diagnosis *d, const struct diagnosis *other, const double *known[FIT_VARIABLES]) {
+    for (int i = 0; i < d->variables; i++) {
+        const struct variable *v = &d->variable[i];
+        known[i] = NULL;
+        for (int j = 0; j < other->variables; j++) {
+            const struct variable *w = &other->variable[j];
+            if (w->base && v->base && w->offset == v->offset && w->leg == v->leg)
+                known[i] = other->column + (size_t)j * (size_t)d->fit.values;
+        }
+    }
+}
+
+static void list_hypotheses(struct diagnosis *d) {
+    d->hypotheses = hypotheses_list(d->given, &d->model, d->found, d->even.equations, d->hypothesis);
+}
+
+/* Fits all variables of the model, and updates columns, squares and hypotheses. from: a model that
+ * was fitted before, whose columns serve the first steps, or NULL. Returns false if the model
+ * cannot make the measured motion. */
+static bool refit(struct diagnosis *d, const struct diagnosis *from) {
+    const double *known[FIT_VARIABLES];
+    if (from) {
+        find_known(d, from, known);
+        fit_model(&d->fit, &d->model, d->variables, d->variable, known, NULL, NULL, FIRST_SETS, NULL);
+    }
+    struct fit_result r = fit_model(&d->fit, &d->model, d->variables, d->variable, NULL, NULL, NULL, BASE_SETS, d->column);
+    if (!r.ok || !fit_raw(&d->fit, &d->model, d->raw)) return false;
     fit_gram(d->variables, d->fit.values, d->column, d->gram);
     for (int i = 0; i < d->variables; i++) d->gram[i * d->variables + i] *= 1.0 + RIDGE_SHARE;
     memcpy(d->std, r.std, sizeof d->std);
     d->square = r.square;
     d->held_square = diagnosis_held_square(d, &d->model);
-    d->hypotheses = hypotheses_list(d->given, &d->model, d->found, d->even.equations, d->hypothesis);
+    list_hypotheses(d);
     return true;
+}
+
+static void get_tables(struct diagnosis *d) {
+    d->column = memory_get((size_t)FIT_VARIABLES * (size_t)d->fit.values, sizeof *d->column);
+    d->gram = memory_get((size_t)FIT_VARIABLES * FIT_VARIABLES, sizeof *d->gram);
+    d->raw = memory_get((size_t)d->fit.values, sizeof *d->raw);
+}
+
+static void free_tables(struct diagnosis *d) {
+    free(d->column);
+    free(d->gram);
+    free(d->raw);
+}
+
+/* Returns the diagnosis as it is, and gives it new tables for a change, which end_change() keeps or
+ * undoes. */
+static struct diagnosis *begin_change(struct diagnosis *d) {
+    struct diagnosis *before = memory_get(1, sizeof *before);
+    *before = *d;
+    get_tables(d);
+    return before;
+}
+
+static bool end_change(struct diagnosis *d, struct diagnosis *before, bool keep) {
+    free_tables(keep ? before : d);
+    if (!keep) *d = *before, list_hypotheses(d);
+    free(before);
+    return keep;
 }
 
 int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, int threads, struct error *error) {
@@ -46,11 +95,9 @@ int diagnosis_init(struct diagnosis *d, const struct params *given, const struct
     fit_data_init(&d->fit, &d->even, given, threads);
     fit_data_init(&d->held_out, &d->odd, given, threads);
     d->variables = base_variables(given, d->even.equations, d->variable);
-    d->column = memory_get((size_t)FIT_VARIABLES * (size_t)d->fit.values, sizeof *d->column);
-    d->gram = memory_get((size_t)FIT_VARIABLES * FIT_VARIABLES, sizeof *d->gram);
-    d->raw = memory_get((size_t)d->fit.values, sizeof *d->raw);
     d->hypothesis = memory_get(HYPOTHESES_MAX, sizeof *d->hypothesis);
-    if (!refit(d, BASE_ITERATIONS))
+    get_tables(d);
+    if (!refit(d, NULL))
         return error_set(error, STATUS_USAGE, "the measured lengths are no motion of the machine in the configuration: check geometry");
     return STATUS_OK;
 }
@@ -60,9 +107,7 @@ void diagnosis_free(struct diagnosis *d) {
     residual_free(&d->odd);
     fit_data_free(&d->fit);
     fit_data_free(&d->held_out);
-    free(d->column);
-    free(d->gram);
-    free(d->raw);
+    free_tables(d);
     free(d->hypothesis);
 }
 
@@ -100,55 +145,35 @@ void diagnosis_estimate(struct diagnosis *d) {
         variable_add_prior(v);
         v->prior_inverse_std *= noise;
     }
-    refit(d, BASE_ITERATIONS);
-}
-
-/* Restores a model that was fitted before, with its standard deviations. */
-static void restore(struct diagnosis *d, const struct params *model, const double std[FIT_VARIABLES]) {
-    d->model = *model;
-    list_variables(d);
-    refit(d, 0);
-    memcpy(d->std, std, sizeof d->std);
+    struct diagnosis *before = begin_change(d);
+    end_change(d, before, refit(d, before));
 }
 
 bool diagnosis_add(struct diagnosis *d, const struct hypothesis *h, const struct params *model) {
-    struct params before = d->model;
-    double std[FIT_VARIABLES];
-    int effect = h->effect;
-    memcpy(std, d->std, sizeof std);
     if (d->added == GAP_EFFECTS) return false;
+    struct diagnosis *before = begin_change(d);
     d->addition[d->added++] = *h;
     d->model = *model;
-    d->found[effect] = true;
-    if (list_variables(d) && refit(d, BASE_ITERATIONS)) return true;
-    d->added--;
-    d->found[effect] = false;
-    restore(d, &before, std);
-    return false;
+    d->found[h->effect] = true;
+    return end_change(d, before, list_variables(d) && refit(d, before));
 }
 
 bool diagnosis_assume(struct diagnosis *d, int effects, const struct hypothesis *h, const struct params *model) {
+    struct diagnosis *before = begin_change(d);
     d->model = *model;
     memset(d->found, 0, sizeof d->found);
     d->added = effects;
     for (int i = 0; i < effects; i++) d->addition[i] = h[i], d->found[h[i].effect] = true;
-    return list_variables(d) && refit(d, BASE_ITERATIONS);
+    return end_change(d, before, list_variables(d) && refit(d, before));
 }
 
 bool diagnosis_drop(struct diagnosis *d, int addition, double most) {
-    int effect = d->addition[addition].effect;
-    struct hypothesis dropped = d->addition[addition];
-    struct params before = d->model;
-    double square = d->square, held = d->held_square, std[FIT_VARIABLES];
-    memcpy(std, d->std, sizeof std);
+    int effect = d->addition[addition].effect, variables = d->addition[addition].variables;
+    struct diagnosis *before = begin_change(d);
     d->model.effects[effect] = d->given->effects[effect];
     d->found[effect] = false; /* the refit then lists the effect among the hypotheses again */
     memmove(d->addition + addition, d->addition + addition + 1, (size_t)(--d->added - addition) * sizeof *d->addition);
-    bool fitted = list_variables(d) && refit(d, BASE_ITERATIONS);
-    if (fitted && d->square - square < most + DIAGNOSIS_PENALTY * dropped.variables && d->held_square - held < most) return true;
-    d->found[effect] = true;
-    memmove(d->addition + addition + 1, d->addition + addition, (size_t)(d->added++ - addition) * sizeof *d->addition);
-    d->addition[addition] = dropped;
-    restore(d, &before, std);
-    return false;
+    bool fitted = list_variables(d) && refit(d, before);
+    bool little = d->square - before->square < most + DIAGNOSIS_PENALTY * variables && d->held_square - before->held_square < most;
+    return end_change(d, before, fitted && little);
 }

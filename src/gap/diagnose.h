@@ -56,8 +56,8 @@ double diagnosis_held_square(const struct diagnosis *d, const struct params *mod
 bool diagnosis_add(struct diagnosis *d, const struct hypothesis *h, const struct params *model);
 
 /* Replaces all added effects by the given ones and refits, starting from `model`. Returns false if
- * the model cannot make the measured motion or has too many variables; the diagnosis is then
- * unusable until another call succeeds. */
+ * the model cannot make the measured motion or has too many variables, and leaves everything as it
+ * was. */
 bool diagnosis_assume(struct diagnosis *d, int effects, const struct hypothesis *h, const struct params *model);
 
 /* Removes an added effect and refits the remaining variables. Returns true if the effect is not

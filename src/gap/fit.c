@@ -16,8 +16,13 @@ enum { COLUMNS_MAX = FIT_VARIABLES + LINEAR_BESIDE, ACTIVE_SWEEPS = 200 };
 static const double LEAST_DAMPING = 1e-3, MOST_DAMPING = 10.0; /* range of a step's damping */
 static const double BASE_ERROR = 1e-3; /* error of integrators and of omitted harmonics, as a share
                                         * of a channel's variation */
-static const double ENOUGH = 1e-4; /* a fit ends when an iteration lowers the sum of squares by less
-                                    * than this share */
+static const double ENOUGH = 1e-4; /* a fit ends when a step lowers the sum of squares by less than
+                                    * this share */
+static const double PROMISE = 0.5; /* columns are kept for the next step if this one lowered the sum
+                                    * of squares by at least this share of the prediction */
+static const double HOLDS = 1e-3;  /* columns hold where the sum of squares differs by less than
+                                    * this share from the one where they were computed. The values'
+                                    * uncertainty changes it by about as much */
 
 void variable_set(const struct variable *v, struct params *params, double value) {
     double *place = (double *)(void *)((char *)params + v->offset);
@@ -344,20 +349,6 @@ double fit_start(const struct fit_data *d, const struct params *model, int varia
     return linear_square(d->values, white, linear);
 }
 
-double fit_share(const struct fit_data *d, const double *white, const double *change, const struct linear_part *linear) {
-    double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX], min[COLUMNS_MAX], max[COLUMNS_MAX], x[COLUMNS_MAX] = {0};
-    const double *column[COLUMNS_MAX] = {change};
-    struct fit_prior prior[COLUMNS_MAX] = {{0}};
-    int n = 1 + linear->n;
-    min[0] = -HUGE_VAL, max[0] = HUGE_VAL;
-    for (int i = 1; i < n; i++) {
-        column[i] = linear->column + (size_t)(i - 1) * (size_t)d->values;
-        min[i] = linear->min[i - 1], max[i] = linear->max[i - 1], prior[i] = linear->prior[i - 1];
-    }
-    normal_equations(n, d->values, white, column, 1, linear->gram, h, g);
-    return solve_box(n, h, g, prior, min, max, x, NULL) ? x[0] : 0.0;
-}
-
 bool fit_raw(const struct fit_data *d, const struct params *model, double *raw) {
     return raw_residual(d, model, EQUATIONS_ALL, ALL_LEGS, raw);
 }
@@ -386,25 +377,34 @@ struct descent {
     /* residuals at the model; square: their sum of squared white residuals, with the penalty of the
      * priors */
     double square, *raw, *white;
+    double *tried_raw, *tried_white;    /* residuals of a step that is tried */
 };
 
-/* Sum of squared white residuals with the penalty of the priors, for the residuals in s->white. */
-static double objective(const struct descent *s, const struct params *model) {
+/* Sum of squared white residuals of a model with the penalty of the priors. */
+static double objective(const struct descent *s, const struct params *model, const double *white) {
     double cost = prior_cost(model, s->variables, s->v, false) + prior_cost(model, s->variables, s->v, true);
-    return linear_square(s->d->values, s->white, s->linear) + cost;
+    return linear_square(s->d->values, white, s->linear) + cost;
 }
 
-/* Moves the model by x. Returns false if the sum of squares does not fall: the model is then
- * unchanged, but s->raw, s->white and s->linear->x are those of the step that was tried. */
+static void swap(double **a, double **b) {
+    double *first = *a;
+    *a = *b, *b = first;
+}
+
+/* Moves the model by x. Returns false if the sum of squares does not fall: then only s->linear->x
+ * is that of the step that was tried. */
 static bool move(struct descent *s, const double *x) {
     struct params moved = *s->model;
     for (int i = 0; i < s->variables; i++) variable_set(&s->v[i], &moved, variable_get(&s->v[i], s->model) + x[i]);
-    if (!raw_residual(s->d, &moved, s->equations, s->leg, s->raw)) return false;
-    whiten_copy(s->d, s->raw, s->white);
-    double square = objective(s, &moved);
+    memcpy(s->tried_raw, s->raw, (size_t)s->d->values * sizeof *s->raw);
+    if (!raw_residual(s->d, &moved, s->equations, s->leg, s->tried_raw)) return false;
+    whiten_copy(s->d, s->tried_raw, s->tried_white);
+    double square = objective(s, &moved, s->tried_white);
     if (!(square < s->square)) return false;
     *s->model = moved;
     s->square = square;
+    swap(&s->raw, &s->tried_raw);
+    swap(&s->white, &s->tried_white);
     return true;
 }
 
@@ -438,14 +438,14 @@ static double promised(const struct descent *s, const struct step *p, const doub
     return sum;
 }
 
-/* Moves the model by a step that is damped until the sum of squares falls. False if no step lowers
- * it. */
-static bool descend(struct descent *s, const struct step *p, double *x) {
+/* Moves the model by a step that is damped until the sum of squares falls; without `damp` only the
+ * step itself is tried. False if no step lowers it. */
+static bool descend(struct descent *s, const struct step *p, bool damp, double *x) {
     double linear[COLUMNS_MAX];
     size_t size = s->linear ? (size_t)s->linear->n * sizeof *linear : 0;
     if (size) memcpy(linear, s->linear->x, size);
     for (double damping = LEAST_DAMPING; !move(s, x); damping *= 10.0) {
-        if (damping > MOST_DAMPING || !solve_step(p, damping, x, NULL)) {
+        if (!damp || damping > MOST_DAMPING || !solve_step(p, damping, x, NULL)) {
             if (size) memcpy(s->linear->x, linear, size);
             return false;
         }
@@ -453,46 +453,90 @@ static bool descend(struct descent *s, const struct step *p, double *x) {
     return true;
 }
 
-struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v,
-                            const double *const *known, const struct linear_part *linear, const double *raw, int iterations) {
-    int extra = linear ? linear->n : 0, n = variables + extra, values = d->values;
-    struct fit_result result = {0};
-    double *room = memory_get((size_t)(variables + 2) * (size_t)values, sizeof *room), *columns = room + 2 * values;
-    struct descent s = {.d = d, .model = model, .variables = variables, .v = v, .linear = linear, .raw = room, .white = room + values};
+/* Sets up the step from the model. column: those of all variables, the linear part's last. */
+static void set_up(const struct descent *s, const double *const *column, struct step *p) {
+    const struct linear_part *linear = s->linear;
+    p->moved = s->variables, p->n = p->moved + (linear ? linear->n : 0);
+    for (int i = 0; i < p->moved; i++) {
+        double value = variable_get(&s->v[i], s->model);
+        p->min[i] = s->v[i].min - value, p->max[i] = s->v[i].max - value;
+        p->prior[i] = (struct fit_prior){s->v[i].prior_inverse_std, value - s->v[i].neutral};
+    }
+    for (int i = p->moved, j = 0; i < p->n; i++, j++)
+        p->min[i] = linear->min[j], p->max[i] = linear->max[j], p->prior[i] = linear->prior[j];
+    normal_equations(p->n, s->d->values, s->white, column, p->moved, linear ? linear->gram : NULL, p->h, p->g);
+}
+
+/* A fit's columns: those of its own variables, then those of the linear part. They hold for a model
+ * near the one for which they were computed. */
+struct jacobian {
     const double *column[COLUMNS_MAX];
-    struct step *step = memory_get(1, sizeof *step);
+    double *own;     /* room for the columns that are not known beforehand */
+    double square;   /* sum of squares where they were computed */
+};
+
+static bool compute(const struct descent *s, const double *const *known, struct jacobian *j) {
+    j->square = s->square;
+    return fit_columns(s->d, s->model, s->raw, s->variables, s->v, known, j->own);
+}
+
+static bool holds(const struct descent *s, const struct jacobian *j) { return j->square - s->square < HOLDS * s->square; }
+
+static void list_columns(const struct descent *s, const double *const *known, struct jacobian *j) {
+    size_t values = (size_t)s->d->values;
+    for (int i = 0; i < s->variables; i++) j->column[i] = known && known[i] ? known[i] : j->own + (size_t)i * values;
+    for (int i = 0; s->linear && i < s->linear->n; i++) j->column[s->variables + i] = s->linear->column + (size_t)i * values;
+}
+
+/* Moves the model to the least sum of squares, with at most this many sets of columns. Columns are
+ * kept as long as they hold, or predict the steps well: most variables change the residuals almost
+ * in proportion, and a set of columns takes as long as a hundred steps. If a step with kept columns
+ * fails, they are computed anew. The last set serves one step. Returns false if the columns cannot
+ * be computed. */
+static bool fit_steps(struct descent *s, const double *const *known, int sets, struct jacobian *j, struct fit_result *result) {
     double x[COLUMNS_MAX], std[COLUMNS_MAX];
-    step->n = n, step->moved = variables;
+    struct step *step = memory_get(1, sizeof *step);
+    bool keep = false, ok = true, done = false;
+    list_columns(s, known, j);
+    while (!done && (keep || sets-- > 0)) {
+        if (!keep) ok = compute(s, known, j);
+        if (!ok) break;
+        set_up(s, j->column, step);
+        memset(x, 0, (size_t)s->variables * sizeof *x);
+        for (int k = s->variables; k < step->n; k++) x[k] = s->linear->x[k - s->variables];
+        if (!solve_step(step, 0.0, x, std)) break;
+        memcpy(result->std, std, (size_t)s->variables * sizeof *std);
+        double before = s->square, promise = before - promised(s, step, x);
+        if (s->linear && promise < s->linear->worth) break;
+        bool fell = descend(s, step, !keep, x), enough = !fell || before - s->square < ENOUGH * s->square;
+        done = enough && (!keep || holds(s, j));
+        keep = sets > 0 && (holds(s, j) || (!enough && before - s->square > PROMISE * promise));
+    }
+    free(step);
+    return ok;
+}
+
+struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v,
+                            const double *const *known, const struct linear_part *linear, const double *raw, int sets, double *column) {
+    size_t values = (size_t)d->values;
+    struct fit_result result = {0};
+    double *room = memory_get((size_t)(4 + (column ? 0 : variables)) * values, sizeof *room);
+    struct descent s = {.d = d, .model = model, .variables = variables, .v = v, .linear = linear, .raw = room, .white = room + values};
+    s.tried_raw = room + 2 * values, s.tried_white = room + 3 * values;
 
     s.equations = equations_of(variables, v);
     s.leg = only_leg(residual_legs_apart(model), variables, v);
-    if (raw || linear) memcpy(s.raw, raw ? raw : linear->raw, (size_t)values * sizeof *room);
+    if (raw || linear) memcpy(s.raw, raw ? raw : linear->raw, values * sizeof *room);
     result.ok = raw || raw_residual(d, model, linear ? s.equations : EQUATIONS_ALL, linear ? s.leg : ALL_LEGS, s.raw);
-    if (result.ok) whiten_copy(d, s.raw, s.white);
-    if (result.ok) s.square = objective(&s, model);
-
-    for (int iteration = 0; result.ok && iteration < iterations; iteration++) {
-        if (!fit_columns(d, model, s.raw, variables, v, known, columns)) break;
-        for (int i = 0; i < n; i++) {
-            column[i] = i < variables ? columns + (size_t)i * (size_t)values : linear->column + (size_t)(i - variables) * (size_t)values;
-            if (i < variables && known && known[i]) column[i] = known[i];
-            double value = i < variables ? variable_get(&v[i], model) : 0.0;
-            step->min[i] = i < variables ? v[i].min - value : linear->min[i - variables];
-            step->max[i] = i < variables ? v[i].max - value : linear->max[i - variables];
-            x[i] = i < variables ? 0.0 : linear->x[i - variables];
-            step->prior[i] = i < variables ? (struct fit_prior){v[i].prior_inverse_std, value - v[i].neutral}
-                                           : linear->prior[i - variables];
-        }
-        normal_equations(n, values, s.white, column, variables, linear ? linear->gram : NULL, step->h, step->g);
-        if (!solve_step(step, 0.0, x, std)) break;
-        memcpy(result.std, std, (size_t)variables * sizeof *std);
-        if (linear && s.square - promised(&s, step, x) < linear->worth) break;
-        double before = s.square;
-        if (!descend(&s, step, x) || before - s.square < ENOUGH * s.square) break;
+    if (result.ok) {
+        struct jacobian j = {.own = column ? column : room + 4 * values, .square = HUGE_VAL};
+        whiten_copy(d, s.raw, s.white);
+        s.square = objective(&s, model, s.white);
+        bool ok = fit_steps(&s, known, sets, &j, &result);
+        if (column) result.ok = ok && (holds(&s, &j) || compute(&s, known, &j));
     }
 
     result.square = s.square - prior_cost(model, variables, v, false);
     free(room);
-    free(step);
     return result;
 }

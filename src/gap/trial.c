@@ -16,7 +16,7 @@ static const double BEND = 0.1;          /* a law counts as proportional if its 
 static const double SHORTEST_STEP = 0.1; /* while the machine is impossible, the base's linear step
                                           * is halved, down to about this share of it; then the base
                                           * stays where it is */
-enum { SCREEN_ITERATIONS = 1, SCREEN_BENT = 3, TRIAL_ITERATIONS = 6, POLISH_ITERATIONS = 8 };
+enum { SCREEN_SETS = 1, SCREEN_BENT = 3, TRIAL_SETS = 6, POLISH_SETS = 8 };
 
 enum { WEAK, TYPICAL, STARTS = 7 };
 /* strengths at which a trial may start, as multiples of the typical strength. Several are tried,
@@ -78,10 +78,11 @@ static void rate(const struct diagnosis *d, struct trial *t, double square, cons
 }
 
 /* Finds the best start of a hypothesis. The effect's configured values, if any, are one of the
- * starts. If the law is proportional, its best strength is computed; otherwise all strengths are
- * tried, and the law counts as nonlinear. from: a trial of the effect with all legs alike, or NULL;
- * a trial with a value for each leg starts from it unless the configuration has the effect. room:
- * work space for three sets of residuals. Returns false if there is no start. */
+ * starts. If the law is proportional, a step of the fit finds its strength from any start;
+ * otherwise all strengths are tried, and the law counts as nonlinear. from: a trial of the effect
+ * with all legs alike, or NULL; a trial with a value for each leg starts from it unless the
+ * configuration has the effect. room: work space for three sets of residuals. Returns false if
+ * there is no start. */
 static bool best_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, const struct trial *from,
                        const struct linear_part *linear, double *room, struct start *s) {
     int values = d->fit.values;
@@ -103,10 +104,7 @@ static bool best_start(const struct diagnosis *d, const struct hypothesis *h, co
     for (int i = 0; i < STARTS; i++) {
         memcpy(white, none, (size_t)values * sizeof *white);
         try_start(d, h, base, start_strength[i], without, linear, i == WEAK ? weak : white, s);
-        if (i != TYPICAL || !in_proportion(values, none, weak, white)) continue;
-        for (int a = 0; a < values; a++) white[a] -= none[a];
-        try_start(d, h, base, fit_share(&d->fit, none, white, linear), without, linear, weak, s);
-        return s->square < HUGE_VAL;
+        if (i == TYPICAL && in_proportion(values, none, weak, white)) return s->square < HUGE_VAL;
     }
     s->bent = true;
     return s->square < HUGE_VAL;
@@ -162,7 +160,7 @@ static void move_others(const struct diagnosis *d, const struct hypothesis *h, c
 }
 
 /* Fits a hypothesis from its best start, or goes on with an earlier trial. */
-static void try_one(const struct diagnosis *d, const struct hypothesis *h, const struct trial *from, int iterations, struct trial *t) {
+static void try_one(const struct diagnosis *d, const struct hypothesis *h, const struct trial *from, int sets, struct trial *t) {
     double min[FIT_VARIABLES], max[FIT_VARIABLES], x[FIT_VARIABLES] = {0};
     size_t values = (size_t)d->fit.values;
     double *own = memory_get(6 * values, sizeof *own);
@@ -189,8 +187,8 @@ static void try_one(const struct diagnosis *d, const struct hypothesis *h, const
     else if (!best_start(d, h, &base, from, &linear, own + 3 * values, &start)) goto end;
 
     const double *raw = again ? NULL : start.raw;
-    struct fit_result r = fit_model(&d->fit, &t->model, h->variables, h->variable, NULL, &linear, raw,
-                                    start.bent ? SCREEN_BENT : iterations);
+    struct fit_result r = fit_model(&d->fit, &t->model, h->variables, h->variable, NULL, &linear, raw, start.bent ? SCREEN_BENT : sets,
+                                    NULL);
     if (!r.ok) goto end;
     move_others(d, h, &base, x, &t->model);
 
@@ -212,46 +210,65 @@ bool trial_contradicted(const struct trial *t) {
 
 double trial_sound_gain(const struct trial *t) { return !t->ok ? -HUGE_VAL : trial_contradicted(t) ? 0.0 : t->gain; }
 
-/* Computes those base columns at the trial's end that are not yet in known[]. raw: raw residuals at
- * the trial's end. False: the model cannot make the measured motion. */
-static bool base_columns(const struct diagnosis *d, const struct trial *t, const double *raw, int variables, const struct variable *v,
-                         double *room, const double **known) {
-    if (!fit_columns(&d->fit, &t->model, raw, variables, v, known, room)) return false;
-    for (int i = 0; i < variables; i++)
-        if (!known[i]) known[i] = room + (size_t)i * (size_t)d->fit.values;
-    return true;
-}
-
-/* Fits base and effect together. near: the trial is near its optimum; base variables whose
- * residuals the effect does not change then take their columns from the current model. If there are
- * too many variables or the columns cannot be computed, the trial stays as it is. */
-static void fit_together(const struct diagnosis *d, bool near, struct trial *t) {
-    struct variable v[FIT_VARIABLES];
-    const double *known[FIT_VARIABLES] = {NULL};
-    const struct hypothesis *h = t->hypothesis;
-    int n = 0, base = 0, before;
+/* Lists the variables that are fitted together with an effect: those of the model that are not
+ * parallel to it, then its own. place: set to the index that each of the former has in the model.
+ * Returns their number, or -1 if all are too many. */
+static int list_together(const struct diagnosis *d, const struct hypothesis *h, struct variable v[FIT_VARIABLES],
+                         int place[FIT_VARIABLES]) {
+    int n = 0;
     for (int i = 0; i < d->variables; i++) {
         const struct variable *b = &d->variable[i];
         enum parallel how = b->base ? hypothesis_parallel(h, b) : PARALLEL_NOT;
         if (how == PARALLEL_SAME) continue;
-        bool apart = near && b->base && !(b->equations & hypothesis_equations(h));
-        known[n] = apart ? d->column + (size_t)i * (size_t)d->fit.values : NULL;
-        v[n] = *b;
+        v[n] = *b, place[n] = i;
         if (how == PARALLEL_DRAWN) variable_add_prior(&v[n]);
         n++;
-        base += b->base; /* base variables come first in d->variable */
     }
-    before = n;
-    if (before + h->variables > FIT_VARIABLES) return;
-    for (int i = 0; i < h->variables; i++) v[n++] = h->variable[i];
+    if (n + h->variables > FIT_VARIABLES) return -1;
+    memcpy(v + n, h->variable, (size_t)h->variables * sizeof *v);
+    return n;
+}
+
+/* Finds the base columns at a trial near its optimum, for the first n variables, which are the
+ * model's. Columns that the effect does not change are the model's own; the others are computed,
+ * once for all trials of the effect. Returns false if the model cannot make the measured motion. */
+static bool base_columns(const struct diagnosis *d, const struct trial *t, const double *raw, int n, const struct variable *v,
+                         const int *place, struct trial_columns *c, const double **known) {
     size_t values = (size_t)d->fit.values;
-    double *raw = memory_get(values, sizeof *raw), *room = memory_get(near ? (size_t)base * values : 0, sizeof *room);
-    bool columns = !near || (fit_raw(&d->fit, &t->model, raw) && base_columns(d, t, raw, base, v, room, known));
+    struct variable needed[FIT_VARIABLES];
+    int base = 0, missing = 0;
+    if (c->effect != t->hypothesis->effect) {
+        memset(c->column, 0, sizeof c->column);
+        c->effect = t->hypothesis->effect, c->used = 0;
+    }
+    for (; base < n && v[base].base; base++) { /* base variables come first */
+        bool apart = !(v[base].equations & hypothesis_equations(t->hypothesis));
+        if (apart) c->column[place[base]] = d->column + (size_t)place[base] * values;
+        if (!c->column[place[base]]) needed[missing++] = v[base];
+    }
+    double *room = c->room + (size_t)c->used * values;
+    if (missing && !fit_columns(&d->fit, &t->model, raw, missing, needed, NULL, room)) return false;
+    for (int i = 0; i < base; i++) {
+        if (!c->column[place[i]]) c->column[place[i]] = c->room + (size_t)c->used++ * values;
+        known[i] = c->column[place[i]];
+    }
+    return true;
+}
+
+/* Fits base and effect together. columns: NULL for a trial that may be far from its optimum. If
+ * there are too many variables or the columns cannot be computed, the trial stays as it is. */
+static void fit_together(const struct diagnosis *d, struct trial_columns *columns, struct trial *t) {
+    struct variable v[FIT_VARIABLES];
+    const double *known[FIT_VARIABLES] = {NULL};
+    const struct hypothesis *h = t->hypothesis;
+    int place[FIT_VARIABLES], before = list_together(d, h, v, place);
+    if (before < 0) return;
+    double *raw = memory_get((size_t)d->fit.values, sizeof *raw);
+    bool found = !columns || (fit_raw(&d->fit, &t->model, raw) && base_columns(d, t, raw, before, v, place, columns, known));
     struct fit_result r = {0};
-    if (columns) r = fit_model(&d->fit, &t->model, n, v, known, NULL, near ? raw : NULL, POLISH_ITERATIONS);
+    if (found) r = fit_model(&d->fit, &t->model, before + h->variables, v, known, NULL, columns ? raw : NULL, POLISH_SETS, NULL);
     free(raw);
-    free(room);
-    if (!columns) return;
+    if (!found) return;
     t->ok = r.ok;
     if (!t->ok) return;
     rate(d, t, r.square, r.std + before);
@@ -261,9 +278,15 @@ static void fit_together(const struct diagnosis *d, bool near, struct trial *t) 
     t->bound = at_bound(t);
 }
 
+void trial_columns_init(struct trial_columns *c, const struct diagnosis *d) {
+    *c = (struct trial_columns){.effect = -1, .room = memory_get((size_t)d->variables * (size_t)d->fit.values, sizeof *c->room)};
+}
+
+void trial_columns_free(struct trial_columns *c) { free(c->room); }
+
 /* A contradicted trial is also fitted from the current model, with the effect at its typical or
  * configured values; the better one of both results counts. */
-void trial_polish(const struct diagnosis *d, struct trial *t) {
+void trial_polish(const struct diagnosis *d, struct trial_columns *columns, struct trial *t) {
     struct trial anew = *t;
     double unmoved[FIT_VARIABLES] = {0};
     int effect = t->hypothesis->effect;
@@ -272,9 +295,9 @@ void trial_polish(const struct diagnosis *d, struct trial *t) {
     anew.ok = trial_contradicted(t) && (given || hypothesis_at(t->hypothesis, start_strength[TYPICAL], &anew.model));
     if (anew.ok) {
         move_others(d, t->hypothesis, &d->model, unmoved, &anew.model);
-        fit_together(d, false, &anew);
+        fit_together(d, NULL, &anew);
     }
-    fit_together(d, !trial_contradicted(t), t);
+    fit_together(d, trial_contradicted(t) ? NULL : columns, t);
     if (anew.polished && !(t->ok && t->square < anew.square)) *t = anew;
 }
 
@@ -298,14 +321,14 @@ static bool one_direction(const struct diagnosis *d, const struct trial *t) {
 static void try_beside_constant(const struct diagnosis *d, const struct trial *from, struct trial *t) {
     struct trial beside = {.hypothesis = t->hypothesis, .as_found = true};
     if (!one_direction(d, t)) return;
-    try_one(d, t->hypothesis, from, SCREEN_ITERATIONS, &beside);
+    try_one(d, t->hypothesis, from, SCREEN_SETS, &beside);
     if (beside.ok && beside.gain > t->gain + DOUBTLESS_GAIN) *t = beside;
 }
 
 void trial_screen(const struct diagnosis *d, const struct hypothesis *h, const struct trial *alike, struct trial *t) {
     *t = (struct trial){.hypothesis = h};
-    try_one(d, h, alike, SCREEN_ITERATIONS, t);
+    try_one(d, h, alike, SCREEN_SETS, t);
     if (t->ok) try_beside_constant(d, alike, t);
 }
 
-void trial_fit(const struct diagnosis *d, struct trial *t) { try_one(d, t->hypothesis, NULL, TRIAL_ITERATIONS - SCREEN_ITERATIONS, t); }
+void trial_fit(const struct diagnosis *d, struct trial *t) { try_one(d, t->hypothesis, NULL, TRIAL_SETS - SCREEN_SETS, t); }

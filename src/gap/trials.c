@@ -13,6 +13,15 @@ static const double WORTH = 0.1; /* a trial is fitted further if its gain after 
 static const double NEAR_SHARE = 0.9; /* a trial is polished, too, if its gain with the linearly
                                        * moved base exceeds this share of the best one's, because
                                        * polishing may change their order */
+static const double FAR_SHARE = 0.5; /* a trial whose gain with the linearly moved base is less than
+                                      * this share of the best one's is not polished: that would not
+                                      * make it the best one */
+static const double HOPELESS = 100.0; /* nor is one that leaves more than this many times what the
+                                       * best polished one leaves: polishing lowers that to a
+                                       * thirtieth at most */
+static const double WEAK = 14.0;     /* nor is one with less evidence than this, half of what an
+                                      * effect needs to be named: it moves the base so little that
+                                      * linear steps are right */
 enum { FINALISTS = 5, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
 
 struct batch {
@@ -165,6 +174,25 @@ static double shared_gain(const struct trial *trial, int count) {
     return middle;
 }
 
+static bool effect_before(const struct trial *trial, int i) { return best_pattern(trial, i, trial[i].hypothesis->effect) != NULL; }
+
+/* Polishes trials, those of one effect after each other, but for those that cannot become the
+ * best. */
+static void polish(const struct diagnosis *d, struct trial *trial, int count) {
+    struct trial_columns columns;
+    double least = HUGE_VAL; /* sum of squares of the best polished trial */
+    trial_columns_init(&columns, d);
+    for (int i = 0; i < count; i++)
+        for (int j = i; j < count && !effect_before(trial, i); j++) {
+            struct trial *t = &trial[j];
+            if (t->hypothesis->effect != trial[i].hypothesis->effect || !t->ok || !(trial_rise(t) > 0.0)) continue;
+            if (t->square > HOPELESS * least) continue;
+            trial_polish(d, &columns, t);
+            if (t->ok && t->polished) least = fmin(least, t->square);
+        }
+    trial_columns_free(&columns);
+}
+
 /* Polishes the finalists one after the other, each with all threads, and sorts all trials, the best
  * first. For each of the best few effects, finalists are the trial with the best choice of legs and
  * all trials whose gain is near that trial's. A contradicted trial is a finalist if its gain
@@ -181,7 +209,8 @@ static void finish(const struct diagnosis *d, double worth, struct trial *trial,
         /* one value for all legs is a special case of a value for each leg, and may be the whole
          * effect, whatever the first steps showed */
         bool limit = best && best->hypothesis->pattern == PATTERN_EACH && trial[i].hypothesis->pattern == PATTERN_ALL;
-        bool first = trial_fitted_gain(&trial[i]) > TRIAL_LEAST && (effects < FINALISTS || rises);
+        bool far = trial_rise(&trial[i]) < FAR_SHARE * rise || trial_evidence(&trial[i]) < WEAK;
+        bool first = trial_fitted_gain(&trial[i]) > TRIAL_LEAST && (effects < FINALISTS || rises) && !far;
         bool near = best ? limit || trial[i].gain > NEAR_SHARE * best->gain : first;
         bool anew = trial[i].gain > worth + 2.0 * shared && (!best || TRIAL_KEPT * trial[i].gain > best->gain);
         bool chosen = trial[i].ok && (trial_contradicted(&trial[i]) ? anew : near);
@@ -191,8 +220,7 @@ static void finish(const struct diagnosis *d, double worth, struct trial *trial,
     }
     memmove(trial + finalists, trial, (size_t)others * sizeof *trial);
     memcpy(trial, finalist, (size_t)finalists * sizeof *trial);
-    for (int i = 0; i < finalists; i++)
-        if (trial[i].ok && trial_rise(&trial[i]) > 0.0) trial_polish(d, &trial[i]);
+    polish(d, trial, finalists);
     qsort(trial, (size_t)count, sizeof *trial, by_evidence);
     free(finalist);
 }
