@@ -71,18 +71,31 @@ static const double *basis_at(const struct residual_test *t, int node, double ro
     return room;
 }
 
+/* Sums the series of one leg. Even and odd coefficients are summed apart, because each addition
+ * waits for the one before. */
+static void sum_one(const struct rods_motion *series, int size, const double *basis, int k, struct rods_motion *sum) {
+    double length_m[2] = {0}, rate_mps[2] = {0};
+    for (int a = 0; a < size; a++) length_m[a % 2] += basis[a] * series[a].length_m[k], rate_mps[a % 2] += basis[a] * series[a].rate_mps[k];
+    sum->length_m[k] = length_m[0] + length_m[1], sum->rate_mps[k] = rate_mps[0] + rate_mps[1];
+}
+
+static void sum_all(const struct rods_motion *series, int size, const double *basis, struct rods_motion *sum) {
+    for (int a = 0; a < size; a++)
+        for (int k = 0; k < LEGS; k++) {
+            sum->length_m[k] += basis[a] * series[a].length_m[k];
+            sum->rate_mps[k] += basis[a] * series[a].rate_mps[k];
+        }
+}
+
 /* Lengths and rates at a node of the simulation: the series, and the fast motion, for which a
  * position sensor's lag is treated as a delay. */
 static void look(const struct run *r, int node, struct rods_motion *to) {
-    int size = residual_motion_size(r->t);
+    int size = residual_motion_size(r->t), first = r->cylinder.first;
     double room[SPECTRUM_SIZE];
     const double *basis = basis_at(r->t, node, room);
     struct rods_motion sum = {0};
-    for (int a = 0; a < size; a++)
-        for (int k = 0; k < LEGS; k++) {
-            sum.length_m[k] += basis[a] * r->series[a].length_m[k];
-            sum.rate_mps[k] += basis[a] * r->series[a].rate_mps[k];
-        }
+    if (r->cylinder.legs == first + 1) sum_one(r->series, size, basis, first, &sum);
+    else sum_all(r->series, size, basis, &sum);
     *to = sum;
     for (int k = r->cylinder.first; k < r->cylinder.legs && r->t->fast.nodes; k++) {
         const struct sensor_path *path = &r->cylinder.machine.sensors.length[k];
