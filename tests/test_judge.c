@@ -36,6 +36,19 @@ static void what_explains_the_gap_is_named(void **state) {
     assert_verdict(&nothing, &noise, GAP_NO_GAP, "noise");
 }
 
+/* Seals that warm up leave a friction of the right kind, which no test has. */
+static void a_friction_that_changes_is_said_to_change(void **state) {
+    (void)state;
+    struct gap_result r = found("cylinder_coulomb_friction"), other = found("valve_lag");
+    r.course = (struct gap_course){
+        .effect = effect_find("cylinder_coulomb_friction"), .ratio = 1.44, .most = {0, DOF_X}, .least = {5, DOF_PSI}};
+    other.course = r.course;
+    assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "cylinder_coulomb_friction is 1.44 times as large in test 1 (x) as in test 6 (psi)");
+    assert_true(strstr(r.next_experiment, "the same tests twice"));
+    judge(&other, &noise); /* its friction is no finding */
+    assert_null(strstr(other.reason, "times as large"));
+}
+
 static void rivals_make_it_ambiguous_and_name_the_experiment(void **state) {
     (void)state;
     struct gap_result r = found("valve_lag");
@@ -332,6 +345,7 @@ static void three_that_are_needed_are_none_of_them(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_explains_the_gap_is_named),
+        cmocka_unit_test(a_friction_that_changes_is_said_to_change),
         cmocka_unit_test(rivals_make_it_ambiguous_and_name_the_experiment),
         cmocka_unit_test(at_one_frequency_a_part_that_moves_by_itself_looks_like_a_mass_or_a_spring),
         cmocka_unit_test(a_constant_that_looks_the_same_is_to_be_checked_first),

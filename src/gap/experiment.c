@@ -45,6 +45,11 @@ void experiment_other_frequency(const struct mechanism *mechanism, double hz, ch
     say(mechanism, &half, text);
 }
 
+const char *experiment_when_warm(void) {
+    return "the same tests twice, one after the other: a friction that changes with time is another one in the second run, one that "
+           "follows another law is the same";
+}
+
 const char *experiment_unknown(void) {
     return "repeat the test where the gap is largest at half the frequency and at half the amplitude, and look how the gap scales";
 }

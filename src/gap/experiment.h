@@ -23,6 +23,9 @@ void experiment_from_parameter(const struct mechanism *mechanism, const struct e
  * with one frequency an axis. hz: the lowest of them. */
 void experiment_other_frequency(const struct mechanism *mechanism, double hz, char text[GAP_TEXT]);
 
+/* Experiment for a friction that is not the same in each test. */
+const char *experiment_when_warm(void);
+
 /* Advice for a gap that no effect of the catalogue explains. */
 const char *experiment_unknown(void);
 

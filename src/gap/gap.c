@@ -6,6 +6,7 @@
 
 #include "compare.h"
 #include "controller.h"
+#include "course.h"
 #include "goodness.h"
 #include "judge.h"
 #include "memory.h"
@@ -57,7 +58,8 @@ void gap_progress(const struct gap_options *o, const char *step, double share) {
 }
 
 /* Reads what a diagnosis leaves on the held-out cycles into the result and the remainder. */
-static void read_remainder(const struct diagnosis *d, struct gap_result *r, struct remainder *m) {
+static void read_remainder(const struct diagnosis *d, const struct recording *measured, struct gap_result *r, struct remainder *m) {
+    r->course = course_find(d, measured);
     r->white_after = d->held_square / d->held_out.evaluated;
     m->after = d->held_square, m->beyond_laws = goodness_beyond_laws(d), m->noise = goodness_noise(d);
 }
@@ -136,7 +138,7 @@ static struct gap_result *copy_for_others(const struct gap_result *r) {
 static int judge_again(struct inquiry *q, struct gap_result *other, struct gap_result *r, bool *named, struct error *error) {
     struct replay runs[2] = {{0}};
     struct remainder remainder = q->remainder;
-    read_remainder(q->d, other, &remainder);
+    read_remainder(q->d, q->measured, other, &remainder);
     search_read_base(q->d, other);
     extend(q->d->given, q->d, other);
     int status = compare_models(q->d, q->measured, q->validate, q->options, other, runs, error);
@@ -160,7 +162,7 @@ static int review(struct inquiry *q, struct gap_result *r, struct error *error) 
     bool sure = statements_find(q->d, other), unknown = r->verdict == GAP_UNKNOWN_EFFECT, changes = false;
     if (sure) {
         struct remainder remainder = q->remainder;
-        read_remainder(q->d, other, &remainder);
+        read_remainder(q->d, q->measured, other, &remainder);
         changes = unknown ? instead_of_unknown(r, other, &remainder) : differs(r, other);
     }
     if (unknown) {
@@ -249,7 +251,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
 
     if (!status) status = compare_models(d, measured, validate, options, r, q.runs, error);
     if (!status) {
-        read_remainder(d, r, &q.remainder);
+        read_remainder(d, measured, r, &q.remainder);
         judge(r, &q.remainder);
         if (doubtful(r)) status = review(&q, r, error);
         if (r->verdict == GAP_UNKNOWN_EFFECT) give_up(params, r);

@@ -123,6 +123,17 @@ struct gap_tone {
     int test;
 };
 
+/* A friction that is not the same in each test, as that of seals that warm up. */
+struct gap_course {
+    int effect;
+    double ratio; /* how many times as large the friction is in one test as in another; 0: no
+                   * friction clearly changes */
+    struct {
+        int test;
+        enum dof dof;
+    } most, least;
+};
+
 struct gap_base_value {
     const char *name;
     int leg; /* 0..5, or -1: the whole machine */
@@ -170,6 +181,7 @@ struct gap_result {
     char next_experiment[GAP_TEXT];
     int base_values;
     struct gap_base_value base[GAP_BASE];
+    struct gap_course course;
     struct gap_tone tone;
     bool tone_simulated;                  /* the simulation with the effects shows the tone as
                                            * well */

@@ -311,6 +311,21 @@ static void say_one_frequency(struct gap_result *r) {
     if (!r->next_experiment[0]) experiment_other_frequency(params_mechanism(&r->model), r->one_hz, r->next_experiment);
 }
 
+/* Mentions a friction that changes from test to test. */
+static void say_course(struct gap_result *r) {
+    const struct gap_course *c = &r->course;
+    bool found = false;
+    for (int i = 0; i < r->effects; i++) found = found || r->effect[i].effect == c->effect;
+    if (r->verdict == GAP_UNKNOWN_EFFECT || !(c->ratio > 0.0) || !found) return;
+    char text[GAP_TEXT];
+    snprintf(text, sizeof text,
+             "; %s is %.3g times as large in test %d (%s) as in test %d (%s): it changes with time, as that of seals that warm up, or "
+             "follows another law",
+             name_of(c->effect), c->ratio, c->most.test + 1, dof_names[c->most.dof], c->least.test + 1, dof_names[c->least.dof]);
+    append(r, text);
+    if (!r->next_experiment[0]) ADVISE(r, "%s", experiment_when_warm());
+}
+
 /* Adds remarks that do not depend on the named effect: how the recording differs from what was
  * stated, and, unless the effect is unknown, a tone and a constant force. With effects it also says
  * why no simulation shows them, or that the simulation leaves a constant. */
@@ -326,6 +341,7 @@ static void say_rest(struct gap_result *r) {
     }
     say_offset(r);
     say_one_frequency(r);
+    say_course(r);
     if (r->verdict == GAP_EFFECT_NAMED && leaves_constants(r))
         append(r, "; what simulation leaves is constant: where a run begins decides that, as long as a valve stays shut");
 

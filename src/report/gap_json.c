@@ -133,6 +133,13 @@ static json_t *tone(const struct gap_tone *l) {
                      gap_channel_names[l->channel], "test", dof_names[l->dof]);
 }
 
+static json_t *course(const struct gap_course *c) {
+    if (!(c->ratio > 0.0)) return json_null();
+    return json_pack("{ss sf so so}", "effect", effect_table[c->effect]->name, "ratio", c->ratio, "most",
+                     json_pack("{si ss}", "test", c->most.test + 1, "axis", dof_names[c->most.dof]), "least",
+                     json_pack("{si ss}", "test", c->least.test + 1, "axis", dof_names[c->least.dof]));
+}
+
 char *gap_json(const struct gap_result *r, const char *model) {
     json_t *effects = json_array(), *rivals = json_array(), *where = json_array();
     for (int i = 0; i < r->effects; i++) json_array_append_new(effects, effect(&r->effect[i]));
@@ -145,13 +152,13 @@ char *gap_json(const struct gap_result *r, const char *model) {
     if (!path) path = json_string("model.yaml");
     json_t *white = json_pack("{so so}", "before", report_number(r->white_before), "after", report_number(r->white_after));
     json_t *family = gap_family_name(r)[0] ? json_string(gap_family_name(r)) : json_null();
-    json_t *root = json_pack("{ss ss ss so so so so so so so sb so so so so so ss so so so so so ss so}", "schema", "hexid.gap/1",
-                             "verdict", gap_verdict_names[r->verdict], "reason", r->reason, "statements", statements(r), "family", family,
-                             "certainty", report_number(r->certainty.probability), "remainder", remaining(r), "effects", effects,
-                             "in_doubt", doubted, "ambiguous_with", rivals, "ambiguous_together", r->ambiguous_together, "rejected",
-                             rejected(r), "where", where, "gap", sizes(r), "mean_white_square", white, "unexplained_fraction",
-                             report_number(r->unexplained_fraction), "next_experiment", r->next_experiment, "base", base(r), "Mt",
-                             matrices(r), "line", tone(&r->tone), "controller_difference", report_number(r->controller_difference),
-                             "seconds", report_number(r->seconds), "replay", r->simulated ? "closed-loop" : "motion", "model", path);
+    json_t *root = json_pack(
+        "{ss ss ss so so so so so so so sb so so so so so ss so so so so so so ss so}", "schema", "hexid.gap/1", "verdict",
+        gap_verdict_names[r->verdict], "reason", r->reason, "statements", statements(r), "family", family, "certainty",
+        report_number(r->certainty.probability), "remainder", remaining(r), "effects", effects, "in_doubt", doubted, "ambiguous_with",
+        rivals, "ambiguous_together", r->ambiguous_together, "rejected", rejected(r), "where", where, "gap", sizes(r), "mean_white_square",
+        white, "unexplained_fraction", report_number(r->unexplained_fraction), "next_experiment", r->next_experiment, "base", base(r), "Mt",
+        matrices(r), "line", tone(&r->tone), "course", course(&r->course), "controller_difference", report_number(r->controller_difference),
+        "seconds", report_number(r->seconds), "replay", r->simulated ? "closed-loop" : "motion", "model", path);
     return report_text(root);
 }

@@ -6,6 +6,17 @@ export RIG=${BUILD:-build}/tests/rig/rig
 
 claim "friction that varies by a tenth along the stroke is friction" right nearly_uneven_friction typical 9001 tolerance
 claim "leakage that is turbulent is leakage" right nearly_turbulent_leakage typical 9001 tolerance
+# changing: true if the friction is found, and said to be larger in an earlier test than in a later one.
+changing() {
+    local kept=$work/changing
+    mkdir -p "$kept" && KEEP=$kept "$python" tests/gap/score.py case "$@" && "$python" -c '
+import json, sys
+course = json.load(open(sys.argv[1]))["course"]
+print(course)
+sys.exit(not (course and course["effect"] == "cylinder_coulomb_friction" and course["most"]["test"] < course["least"]["test"]
+              and 1.3 < course["ratio"] < 1.8))' "$kept/out/gap.json"
+}
+claim "friction that falls by half while the seals warm up is said to change" changing unknown_warming_friction typical 9001 tolerance
 # valued: true if the effect is also named with its value, within 5 % or two stated deviations.
 valued() { right "$@" && [ "$(cut -d, -f12 "$work/row")" = 1 ]; }
 claim "friction in the joints of one leg has its leg and value, the joints' axes being stated" \

@@ -1,0 +1,13 @@
+/* Course of a friction over the tests: seals warm up, and a friction found over all tests is then
+ * too small for the first and too large for the last. Ordinary threads; heap. */
+#ifndef HEXID_COURSE_H
+#define HEXID_COURSE_H
+
+#include "diagnose.h"
+
+/* Finds, on held-out cycles, the factor on each added friction of the cylinders that leaves least
+ * in each steady test. Returns the friction whose factors differ most; its ratio is 0 if none
+ * clearly do. */
+struct gap_course course_find(const struct diagnosis *d, const struct recording *recording);
+
+#endif
