@@ -46,11 +46,11 @@ static const double NULL_TOLERANCE = 0.005; /* accuracy to which makers adjust a
                                              * share of full opening */
 static const double SENSOR_MOST = 3.0; /* largest error of a sensor that is no finding, in standard
                                         * deviations of its prior */
-static const double STEP = 1e-3;       /* step of difference quotients, as a share of a variable's
-                                        * width. It must not be much larger than what the data
-                                        * leave open: a pressure zero is known to a hundredth of
-                                        * its prior, and friction that holds a leg follows the
-                                        * balance of forces no further than its limit */
+/* Steps of difference quotients, as shares of a variable's width: about as wide as what the data
+ * leave open. Friction that holds a leg follows the balance of forces no further than its limit, so
+ * a wider step of a pressure's zero has another slope. Rods that knock in their joints do so at
+ * other instants after any step, so a narrower step has none. */
+static const double STEP = 0.1, ERROR_STEP = 0.02, ZERO_STEP = 2e-3;
 static const double OFFSET_MOST_N = 1e6;
 static const double FORCE_LAG_S = 1e-3; /* largest error of the force sensor's stated lag, as large
                                          * as the lag of an amplifier with a filter of 160 Hz */
@@ -98,7 +98,7 @@ static int sensor_variables(const struct params *model, bool pressures, struct v
                                    .min = positive ? 0.0 : -SENSOR_MOST * std[i],
                                    .max = SENSOR_MOST * std[i],
                                    .prior_inverse_std = 1.0 / std[i],
-                                   .step = STEP * std[i],
+                                   .step = ERROR_STEP * std[i],
                                    .equations = EQUATIONS_ALL};
     }
     return n;
@@ -112,6 +112,7 @@ static int zero_variables(const struct params *model, struct variable *v) {
         for (int leg = 0; leg < LEGS; leg++) {
             v[n] = effect_variable(model, &pressure_sensor_offset, key, leg, SENSOR_MOST * std);
             v[n].own = v[n].penalised = true, v[n].equations = EQUATIONS_ALL;
+            v[n].step = ZERO_STEP * SENSOR_MOST * std;
             v[n].neutral = 0.5 * (v[n].min + v[n].max), v[n].prior_inverse_std = 1.0 / std;
             n++;
         }

@@ -42,7 +42,7 @@ static void list_hypotheses(struct diagnosis *d) {
  * cannot make the measured motion. */
 static bool refit(struct diagnosis *d, const struct diagnosis *from) {
     const double *known[FIT_VARIABLES];
-    if (from) {
+    if (from && !from->whitened_anew) {
         find_known(d, from, known);
         fit_model(&d->fit, &d->model, d->variables, d->variable, known, NULL, NULL, FIRST_SETS, NULL);
     }
@@ -53,6 +53,7 @@ static bool refit(struct diagnosis *d, const struct diagnosis *from) {
     memcpy(d->std, r.std, sizeof d->std);
     d->square = r.square;
     d->held_square = diagnosis_held_square(d, &d->model);
+    d->whitened_anew = false;
     list_hypotheses(d);
     return true;
 }
@@ -136,6 +137,7 @@ static bool list_variables(struct diagnosis *d) {
 }
 
 void diagnosis_estimate(struct diagnosis *d) {
+    struct diagnosis *before = begin_change(d);
     double noise = sqrt(fmin(d->square / d->fit.evaluated, 1.0)); /* observed noise divided by the
                                                                    * assumed noise, rms; at most
                                                                    * 1 */
@@ -145,7 +147,6 @@ void diagnosis_estimate(struct diagnosis *d) {
         variable_add_prior(v);
         v->prior_inverse_std *= noise;
     }
-    struct diagnosis *before = begin_change(d);
     end_change(d, before, refit(d, before));
 }
 

@@ -27,7 +27,9 @@ struct diagnosis {
                                           * and on held-out cycles; square includes the penalty of
                                           * the priors of effects and of sensors' errors */
     double *column;                      /* [variables][values]: Jacobian of the white residuals at
-                                          * the model */
+                                          * the model, or so near it that it holds */
+    bool whitened_anew;                  /* the columns belong to other whiteners than the present
+                                          * ones */
     double *gram;             /* [variables][variables]: Gram matrix of the columns, with a ridge */
     double *raw;                         /* [values]: raw residuals at the model */
     struct hypothesis *hypothesis;

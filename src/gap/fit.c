@@ -21,8 +21,8 @@ static const double ENOUGH = 1e-4; /* a fit ends when a step lowers the sum of s
 static const double PROMISE = 0.5; /* columns are kept for the next step if this one lowered the sum
                                     * of squares by at least this share of the prediction */
 static const double HOLDS = 1e-3;  /* columns hold where the sum of squares differs by less than
-                                    * this share from the one where they were computed. The values'
-                                    * uncertainty changes it by about as much */
+                                    * this share from the one where they were computed. They are
+                                    * then off by some hundredths at most */
 
 void variable_set(const struct variable *v, struct params *params, double value) {
     double *place = (double *)(void *)((char *)params + v->offset);
@@ -488,32 +488,50 @@ static void list_columns(const struct descent *s, const double *const *known, st
     for (int i = 0; s->linear && i < s->linear->n; i++) j->column[s->variables + i] = s->linear->column + (size_t)i * values;
 }
 
-/* Moves the model to the least sum of squares, with at most this many sets of columns. Columns are
- * kept as long as they hold, or predict the steps well: most variables change the residuals almost
- * in proportion, and a set of columns takes as long as a hundred steps. If a step with kept columns
- * fails, they are computed anew. The last set serves one step. Returns false if the columns cannot
- * be computed. */
+/* Sets up the step from the model, and solves it. Returns false if the equations are singular. */
+static bool plan(const struct descent *s, const struct jacobian *j, struct step *step, double *x, struct fit_result *result) {
+    double std[COLUMNS_MAX];
+    set_up(s, j->column, step);
+    memset(x, 0, (size_t)s->variables * sizeof *x);
+    for (int k = s->variables; k < step->n; k++) x[k] = s->linear->x[k - s->variables];
+    if (!solve_step(step, 0.0, x, std)) return false;
+    memcpy(result->std, std, (size_t)s->variables * sizeof *std);
+    return true;
+}
+
+/* Moves the model to the least sum of squares, with at most this many sets of columns. Without a
+ * linear part columns are kept as long as they hold, or predict the steps well: most variables
+ * change the residuals almost in proportion, and a set of columns of the base takes as long as a
+ * hundred steps. Kept columns end the fit only if they promise little. The last set serves one
+ * step. Returns false if the columns cannot be computed. */
 static bool fit_steps(struct descent *s, const double *const *known, int sets, struct jacobian *j, struct fit_result *result) {
-    double x[COLUMNS_MAX], std[COLUMNS_MAX];
+    double x[COLUMNS_MAX];
     struct step *step = memory_get(1, sizeof *step);
     bool keep = false, ok = true, done = false;
     list_columns(s, known, j);
     while (!done && (keep || sets-- > 0)) {
         if (!keep) ok = compute(s, known, j);
-        if (!ok) break;
-        set_up(s, j->column, step);
-        memset(x, 0, (size_t)s->variables * sizeof *x);
-        for (int k = s->variables; k < step->n; k++) x[k] = s->linear->x[k - s->variables];
-        if (!solve_step(step, 0.0, x, std)) break;
-        memcpy(result->std, std, (size_t)s->variables * sizeof *std);
+        if (!ok || !plan(s, j, step, x, result)) break;
         double before = s->square, promise = before - promised(s, step, x);
         if (s->linear && promise < s->linear->worth) break;
         bool fell = descend(s, step, !keep, x), enough = !fell || before - s->square < ENOUGH * s->square;
-        done = enough && (!keep || holds(s, j));
-        keep = sets > 0 && (holds(s, j) || (!enough && before - s->square > PROMISE * promise));
+        bool little = promise < HOLDS * s->square;
+        done = enough && (!keep || (little && holds(s, j)));
+        keep = !s->linear && sets > 0 && !enough && (holds(s, j) || before - s->square > PROMISE * promise);
     }
     free(step);
     return ok;
+}
+
+/* Computes the columns of the result, and the standard deviations by them, unless they hold. */
+static bool finish(const struct descent *s, const double *const *known, struct jacobian *j, struct fit_result *result) {
+    double x[COLUMNS_MAX];
+    if (holds(s, j)) return true;
+    if (!compute(s, known, j)) return false;
+    struct step *step = memory_get(1, sizeof *step);
+    plan(s, j, step, x, result);
+    free(step);
+    return true;
 }
 
 struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v,
@@ -533,7 +551,7 @@ struct fit_result fit_model(const struct fit_data *d, struct params *model, int 
         whiten_copy(d, s.raw, s.white);
         s.square = objective(&s, model, s.white);
         bool ok = fit_steps(&s, known, sets, &j, &result);
-        if (column) result.ok = ok && (holds(&s, &j) || compute(&s, known, &j));
+        if (column) result.ok = ok && finish(&s, known, &j, &result);
     }
 
     result.square = s.square - prior_cost(model, variables, v, false);

@@ -61,13 +61,9 @@ static double margin(const struct diagnosis *d, const struct trial *best) {
     return fmax(RIVAL_GAIN * dispersion(d, best), law_error(best));
 }
 
-/* True if a trial's evidence is within the margin of the best one's. The penalty for parameters
- * counts only if either has a value for each leg: an external stiffness with six parameters, of
- * which one is used, is no worse for the other five. */
+/* True if a trial's evidence is within the margin of the best one's. */
 static bool is_rival(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
-    bool each = best->hypothesis->pattern == PATTERN_EACH || t->hypothesis->pattern == PATTERN_EACH;
-    double ahead = each ? best->gain - t->gain : trial_rise(best) - trial_rise(t);
-    return t->ok && t->polished && ahead + best->held_gain - t->held_gain <= margin(d, best);
+    return t->ok && t->polished && trial_ahead(best, t) <= margin(d, best);
 }
 
 /* True if a trial with a value for each leg gains less on held-out cycles than a best trial with

@@ -68,6 +68,7 @@ static void whiten_more(const struct fit_data *noise, const struct covariance *c
 }
 
 static void restore_noise(struct comparison *s) {
+    s->d->whitened_anew = true;
     memcpy(s->d->fit.whitener, s->fit.whitener, (size_t)s->fit.residual->tests * sizeof *s->fit.whitener);
     memcpy(s->d->held_out.whitener, s->held_out.whitener, (size_t)s->held_out.residual->tests * sizeof *s->held_out.whitener);
 }
@@ -80,6 +81,7 @@ static void take_reference(struct comparison *s, double spread) {
     covariance_free(&s->held_covariance);
     covariance_init(&s->covariance, d, &d->fit);
     covariance_init(&s->held_covariance, d, &d->held_out);
+    d->whitened_anew = true;
     whiten_more(&s->fit, &s->covariance, spread, s->variance, &d->fit);
     whiten_more(&s->held_out, &s->held_covariance, spread, NULL, &d->held_out);
     list_sizes(s);

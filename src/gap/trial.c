@@ -66,6 +66,11 @@ static void try_start(const struct diagnosis *d, const struct hypothesis *h, con
     if (!idle) keep_better(s, &model, square);
 }
 
+double trial_ahead(const struct trial *best, const struct trial *t) {
+    bool each = best->hypothesis->pattern == PATTERN_EACH || t->hypothesis->pattern == PATTERN_EACH;
+    return (each ? best->gain - t->gain : trial_rise(best) - trial_rise(t)) + best->held_gain - t->held_gain;
+}
+
 double trial_rise(const struct trial *t) { return t->gain + DIAGNOSIS_PENALTY * t->parameters; }
 
 static void rate(const struct diagnosis *d, struct trial *t, double square, const double *std) {
@@ -230,44 +235,36 @@ static int list_together(const struct diagnosis *d, const struct hypothesis *h, 
 }
 
 /* Finds the base columns at a trial near its optimum, for the first n variables, which are the
- * model's. Columns that the effect does not change are the model's own; the others are computed,
- * once for all trials of the effect. Returns false if the model cannot make the measured motion. */
+ * model's. Columns that the effect does not change are the model's own; the others are computed in
+ * `room`. Returns false if the model cannot make the measured motion. */
 static bool base_columns(const struct diagnosis *d, const struct trial *t, const double *raw, int n, const struct variable *v,
-                         const int *place, struct trial_columns *c, const double **known) {
+                         const int *place, double *room, const double **known) {
     size_t values = (size_t)d->fit.values;
-    struct variable needed[FIT_VARIABLES];
-    int base = 0, missing = 0;
-    if (c->effect != t->hypothesis->effect) {
-        memset(c->column, 0, sizeof c->column);
-        c->effect = t->hypothesis->effect, c->used = 0;
-    }
-    for (; base < n && v[base].base; base++) { /* base variables come first */
-        bool apart = !(v[base].equations & hypothesis_equations(t->hypothesis));
-        if (apart) c->column[place[base]] = d->column + (size_t)place[base] * values;
-        if (!c->column[place[base]]) needed[missing++] = v[base];
-    }
-    double *room = c->room + (size_t)c->used * values;
-    if (missing && !fit_columns(&d->fit, &t->model, raw, missing, needed, NULL, room)) return false;
-    for (int i = 0; i < base; i++) {
-        if (!c->column[place[i]]) c->column[place[i]] = c->room + (size_t)c->used++ * values;
-        known[i] = c->column[place[i]];
-    }
+    int base = 0;
+    for (; base < n && v[base].base; base++) /* base variables come first */
+        if (!(v[base].equations & hypothesis_equations(t->hypothesis))) known[base] = d->column + (size_t)place[base] * values;
+    if (!fit_columns(&d->fit, &t->model, raw, base, v, known, room)) return false;
+    for (int i = 0; i < base; i++)
+        if (!known[i]) known[i] = room + (size_t)i * values;
     return true;
 }
 
-/* Fits base and effect together. columns: NULL for a trial that may be far from its optimum. If
- * there are too many variables or the columns cannot be computed, the trial stays as it is. */
-static void fit_together(const struct diagnosis *d, struct trial_columns *columns, struct trial *t) {
+/* Fits base and effect together. near: the trial is near its optimum; the base's columns are then
+ * computed once. If there are too many variables or the columns cannot be computed, the trial stays
+ * as it is. */
+static void fit_together(const struct diagnosis *d, bool near, struct trial *t) {
     struct variable v[FIT_VARIABLES];
     const double *known[FIT_VARIABLES] = {NULL};
     const struct hypothesis *h = t->hypothesis;
     int place[FIT_VARIABLES], before = list_together(d, h, v, place);
     if (before < 0) return;
-    double *raw = memory_get((size_t)d->fit.values, sizeof *raw);
-    bool found = !columns || (fit_raw(&d->fit, &t->model, raw) && base_columns(d, t, raw, before, v, place, columns, known));
+    size_t values = (size_t)d->fit.values;
+    double *raw = memory_get(values, sizeof *raw), *room = memory_get(near ? (size_t)before * values : 0, sizeof *room);
+    bool found = !near || (fit_raw(&d->fit, &t->model, raw) && base_columns(d, t, raw, before, v, place, room, known));
     struct fit_result r = {0};
-    if (found) r = fit_model(&d->fit, &t->model, before + h->variables, v, known, NULL, columns ? raw : NULL, POLISH_SETS, NULL);
+    if (found) r = fit_model(&d->fit, &t->model, before + h->variables, v, known, NULL, near ? raw : NULL, POLISH_SETS, NULL);
     free(raw);
+    free(room);
     if (!found) return;
     t->ok = r.ok;
     if (!t->ok) return;
@@ -278,15 +275,9 @@ static void fit_together(const struct diagnosis *d, struct trial_columns *column
     t->bound = at_bound(t);
 }
 
-void trial_columns_init(struct trial_columns *c, const struct diagnosis *d) {
-    *c = (struct trial_columns){.effect = -1, .room = memory_get((size_t)d->variables * (size_t)d->fit.values, sizeof *c->room)};
-}
-
-void trial_columns_free(struct trial_columns *c) { free(c->room); }
-
 /* A contradicted trial is also fitted from the current model, with the effect at its typical or
  * configured values; the better one of both results counts. */
-void trial_polish(const struct diagnosis *d, struct trial_columns *columns, struct trial *t) {
+void trial_polish(const struct diagnosis *d, struct trial *t) {
     struct trial anew = *t;
     double unmoved[FIT_VARIABLES] = {0};
     int effect = t->hypothesis->effect;
@@ -295,9 +286,9 @@ void trial_polish(const struct diagnosis *d, struct trial_columns *columns, stru
     anew.ok = trial_contradicted(t) && (given || hypothesis_at(t->hypothesis, start_strength[TYPICAL], &anew.model));
     if (anew.ok) {
         move_others(d, t->hypothesis, &d->model, unmoved, &anew.model);
-        fit_together(d, NULL, &anew);
+        fit_together(d, false, &anew);
     }
-    fit_together(d, trial_contradicted(t) ? NULL : columns, t);
+    fit_together(d, !trial_contradicted(t), t);
     if (anew.polished && !(t->ok && t->square < anew.square)) *t = anew;
 }
 

@@ -40,6 +40,11 @@ static inline double trial_evidence(const struct trial *t) { return t->gain + t-
  * held-out cycles already penalise parameters. */
 double trial_rise(const struct trial *t);
 
+/* Evidence by which the best trial is ahead of another one. The penalty for parameters counts only
+ * if either has a value for each leg: an external stiffness with six parameters, of which one is
+ * used, is no worse for the other five. */
+double trial_ahead(const struct trial *best, const struct trial *t);
+
 /* Gain on the fitted cycles, less the 1 that each parameter gains by chance. */
 static inline double trial_fitted_gain(const struct trial *t) { return trial_rise(t) - t->parameters; }
 
@@ -50,19 +55,8 @@ void trial_screen(const struct diagnosis *d, const struct hypothesis *h, const s
 /* Fits a trial to the end, with the base moved linearly. Its first steps must have succeeded. */
 void trial_fit(const struct diagnosis *d, struct trial *t);
 
-/* Base columns at a trial of an effect, which serve all trials of this effect. */
-struct trial_columns {
-    int effect;          /* effect whose trials the columns are for; -1: there are none */
-    const double *column[FIT_VARIABLES]; /* column of each variable of the model, or NULL */
-    double *room;
-    int used;            /* number of columns in the room */
-};
-void trial_columns_init(struct trial_columns *c, const struct diagnosis *d);
-void trial_columns_free(struct trial_columns *c);
-
-/* Fits base and effect together; a contradicted trial is also started from the current model.
- * Trials of one effect should follow each other, because they share the columns of the base. */
-void trial_polish(const struct diagnosis *d, struct trial_columns *columns, struct trial *t);
+/* Fits base and effect together; a contradicted trial is also started from the current model. */
+void trial_polish(const struct diagnosis *d, struct trial *t);
 
 /* True if the held-out cycles contradict the gain of a trial that is not polished, although the
  * gain on the fitted cycles is beyond doubt. The base of such a trial was moved linearly, but its

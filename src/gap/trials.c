@@ -13,15 +13,16 @@ static const double WORTH = 0.1; /* a trial is fitted further if its gain after 
 static const double NEAR_SHARE = 0.9; /* a trial is polished, too, if its gain with the linearly
                                        * moved base exceeds this share of the best one's, because
                                        * polishing may change their order */
-static const double FAR_SHARE = 0.5; /* a trial whose gain with the linearly moved base is less than
-                                      * this share of the best one's is not polished: that would not
-                                      * make it the best one */
-static const double HOPELESS = 100.0; /* nor is one that leaves more than this many times what the
-                                       * best polished one leaves: polishing lowers that to a
-                                       * thirtieth at most */
-static const double WEAK = 14.0;     /* nor is one with less evidence than this, half of what an
-                                      * effect needs to be named: it moves the base so little that
-                                      * linear steps are right */
+static const double FAR_SHARE = 0.4; /* on a platform, a trial with less evidence than this share of
+                                      * the best one's is not polished. The least evidence of a
+                                      * rival (RIVAL_GAIN of search.c) is 0.43 of what a name
+                                      * needs */
+static const double LEAST_EVIDENCE = 12.0; /* on a platform, a trial with less evidence than this is
+                                            * not polished, either: what a name needs, less what a
+                                            * rival may be behind */
+static const double HOPELESS = 100.0; /* a trial that leaves more than this many times what the best
+                                       * polished one leaves is not polished. Polishing has lowered
+                                       * that to a thirtieth at most */
 enum { FINALISTS = 5, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
 
 struct batch {
@@ -174,34 +175,46 @@ static double shared_gain(const struct trial *trial, int count) {
     return middle;
 }
 
-static bool effect_before(const struct trial *trial, int i) { return best_pattern(trial, i, trial[i].hypothesis->effect) != NULL; }
-
-/* Polishes trials, those of one effect after each other, but for those that cannot become the
- * best. */
-static void polish(const struct diagnosis *d, struct trial *trial, int count) {
-    struct trial_columns columns;
-    double least = HUGE_VAL; /* sum of squares of the best polished trial */
-    trial_columns_init(&columns, d);
+/* Returns the first trial, in order of gain, that may be added; NULL if there is none. */
+static const struct trial *first_sound(const struct trial *trial, int count) {
     for (int i = 0; i < count; i++)
-        for (int j = i; j < count && !effect_before(trial, i); j++) {
-            struct trial *t = &trial[j];
-            if (t->hypothesis->effect != trial[i].hypothesis->effect || !t->ok || !(trial_rise(t) > 0.0)) continue;
-            if (t->square > HOPELESS * least) continue;
-            trial_polish(d, &columns, t);
-            if (t->ok && t->polished) least = fmin(least, t->square);
-        }
-    trial_columns_free(&columns);
+        if (trial[i].ok && !trial[i].bound && !trial_contradicted(&trial[i])) return &trial[i];
+    return NULL;
 }
 
-/* Polishes the finalists one after the other, each with all threads, and sorts all trials, the best
- * first. For each of the best few effects, finalists are the trial with the best choice of legs and
- * all trials whose gain is near that trial's. A contradicted trial is a finalist if its gain
- * exceeds `worth` by more than twice shared_gain(), and if TRIAL_KEPT of its gain exceeds that of
- * its effect's first finalist. worth: gain above which trials were fitted further. */
+/* True if a trial has too little evidence to become the best one or its rival. On a single leg,
+ * where polishing takes little time, no trial has: sets of effects are extended by polished trials.
+ * best: the first sound trial, or NULL. */
+static bool is_far(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
+    if (!best || params_legs(d->given) == 1) return false;
+    bool each = t->hypothesis->pattern == PATTERN_EACH;
+    double evidence = trial_rise(best) + best->held_gain;
+    return trial_ahead(best, t) > (1.0 - FAR_SHARE) * evidence || (each ? t->gain : trial_rise(t)) + t->held_gain < LEAST_EVIDENCE;
+}
+
+/* Polishes trials one after the other, but for hopeless ones. */
+static void polish(const struct diagnosis *d, struct trial *trial, int count) {
+    double least = HUGE_VAL; /* sum of squares of the best polished trial */
+    for (int i = 0; i < count; i++) {
+        struct trial *t = &trial[i];
+        bool hopeless = t->square > HOPELESS * least && !trial_contradicted(t);
+        if (!t->ok || !(trial_rise(t) > 0.0) || hopeless) continue;
+        trial_polish(d, t);
+        if (t->ok && t->polished && !t->bound) least = fmin(least, t->square);
+    }
+}
+
+/* Polishes the finalists, each with all threads, and sorts all trials, the best first. For each of
+ * the best few effects that are not far from the best one, finalists are the trial with the best
+ * choice of legs and all trials whose gain is near that trial's. A contradicted trial is a finalist
+ * if its gain exceeds `worth` by more than twice shared_gain(), and if TRIAL_KEPT of its gain
+ * exceeds that of its effect's first finalist. worth: gain above which trials were fitted
+ * further. */
 static void finish(const struct diagnosis *d, double worth, struct trial *trial, int count) {
     struct trial *finalist = memory_get((size_t)count, sizeof *finalist);
     int effects = 0, finalists = 0, others = 0;
     qsort(trial, (size_t)count, sizeof *trial, by_gain);
+    const struct trial *sound = first_sound(trial, count);
     double rise = trial_rise(&trial[0]), shared = shared_gain(trial, count);
     for (int i = 0; i < count; i++) {
         const struct trial *best = best_pattern(finalist, finalists, trial[i].hypothesis->effect);
@@ -209,8 +222,7 @@ static void finish(const struct diagnosis *d, double worth, struct trial *trial,
         /* one value for all legs is a special case of a value for each leg, and may be the whole
          * effect, whatever the first steps showed */
         bool limit = best && best->hypothesis->pattern == PATTERN_EACH && trial[i].hypothesis->pattern == PATTERN_ALL;
-        bool far = trial_rise(&trial[i]) < FAR_SHARE * rise || trial_evidence(&trial[i]) < WEAK;
-        bool first = trial_fitted_gain(&trial[i]) > TRIAL_LEAST && (effects < FINALISTS || rises) && !far;
+        bool first = trial_fitted_gain(&trial[i]) > TRIAL_LEAST && (effects < FINALISTS || rises) && !is_far(d, sound, &trial[i]);
         bool near = best ? limit || trial[i].gain > NEAR_SHARE * best->gain : first;
         bool anew = trial[i].gain > worth + 2.0 * shared && (!best || TRIAL_KEPT * trial[i].gain > best->gain);
         bool chosen = trial[i].ok && (trial_contradicted(&trial[i]) ? anew : near);

@@ -15,7 +15,7 @@
  * Then the best trials are polished, and some that the held-out cycles contradict. All trials are
  * sorted: polished ones come first, and among them those with the best evidence. Returns the number
  * of trials; `trial` needs room for HYPOTHESES_MAX. The trials point to the hypotheses in d, which
- * the next fit of the model lists anew. */
+ * the next fit of the model, or a change that is undone, lists anew. */
 int trials_run(const struct diagnosis *d, struct trial *trial);
 
 #endif
