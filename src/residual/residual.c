@@ -71,12 +71,12 @@ static const double *basis_at(const struct residual_test *t, int node, double ro
     return room;
 }
 
-/* Sums the series of one leg. Even and odd coefficients are summed apart, because each addition
- * waits for the one before. */
+/* Sums the series of one leg, in the order of sum_all(), so that the results are the same. */
 static void sum_one(const struct rods_motion *series, int size, const double *basis, int k, struct rods_motion *sum) {
-    double length_m[2] = {0}, rate_mps[2] = {0};
-    for (int a = 0; a < size; a++) length_m[a % 2] += basis[a] * series[a].length_m[k], rate_mps[a % 2] += basis[a] * series[a].rate_mps[k];
-    sum->length_m[k] = length_m[0] + length_m[1], sum->rate_mps[k] = rate_mps[0] + rate_mps[1];
+    for (int a = 0; a < size; a++) {
+        sum->length_m[k] += basis[a] * series[a].length_m[k];
+        sum->rate_mps[k] += basis[a] * series[a].rate_mps[k];
+    }
 }
 
 static void sum_all(const struct rods_motion *series, int size, const double *basis, struct rods_motion *sum) {
