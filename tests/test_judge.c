@@ -39,14 +39,18 @@ static void what_explains_the_gap_is_named(void **state) {
 /* Seals that warm up leave a friction of the right kind, which no test has. */
 static void a_friction_that_changes_is_said_to_change(void **state) {
     (void)state;
-    struct gap_result r = found("cylinder_coulomb_friction"), other = found("valve_lag");
-    r.course = (struct gap_course){
-        .effect = effect_find("cylinder_coulomb_friction"), .ratio = 1.44, .most = {0, DOF_X}, .least = {5, DOF_PSI}};
-    other.course = r.course;
+    struct gap_result r = found("cylinder_coulomb_friction"), grows = r, unknown = r;
+    int effect = effect_find("cylinder_coulomb_friction");
+    r.course = (struct gap_course){.frictions = 1, .effect = effect, .ratio = 1.44, .most = {0, DOF_X}, .least = {5, DOF_PSI}};
+    grows.course = (struct gap_course){.frictions = 2, .effect = effect, .ratio = 30.0, .at_least = true, .most = {5, DOF_PSI}};
+    unknown.course = r.course;
     assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "cylinder_coulomb_friction is 1.44 times as large in test 1 (x) as in test 6 (psi)");
-    assert_true(strstr(r.next_experiment, "the same tests twice"));
-    judge(&other, &noise); /* its friction is no finding */
-    assert_null(strstr(other.reason, "times as large"));
+    assert_true(strstr(r.reason, "warm up") && strstr(r.next_experiment, "the same tests twice"));
+    assert_verdict(&grows, &noise, GAP_EFFECT_NAMED, "dry friction is at least 30 times as large in test 6 (psi)");
+    assert_null(strstr(grows.reason, "warm up"));
+    judge(&unknown, &much);
+    assert_int_equal(unknown.verdict, GAP_UNKNOWN_EFFECT);
+    assert_null(strstr(unknown.reason, "times as large"));
 }
 
 static void rivals_make_it_ambiguous_and_name_the_experiment(void **state) {

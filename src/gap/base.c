@@ -46,11 +46,11 @@ static const double NULL_TOLERANCE = 0.005; /* accuracy to which makers adjust a
                                              * share of full opening */
 static const double SENSOR_MOST = 3.0; /* largest error of a sensor that is no finding, in standard
                                         * deviations of its prior */
-/* Steps of difference quotients, as shares of a variable's width: about as wide as what the data
- * leave open. Friction that holds a leg follows the balance of forces no further than its limit, so
- * a wider step of a pressure's zero has another slope. Rods that knock in their joints do so at
- * other instants after any step, so a narrower step has none. */
-static const double STEP = 0.1, ERROR_STEP = 0.02, ZERO_STEP = 2e-3;
+/* Steps of difference quotients, as shares of a variable's largest deviation: about as wide as what
+ * the data leave open. Friction that holds a leg follows the balance of forces no further than its
+ * limit, so a wider step of a pressure's zero has another slope. Rods that knock in their joints do
+ * so at other instants after any step, so a narrower step has none. */
+static const double STEP = 0.1, ERROR_STEP = 7e-3, ZERO_STEP = 2e-3;
 static const double OFFSET_MOST_N = 1e6;
 static const double FORCE_LAG_S = 1e-3; /* largest error of the force sensor's stated lag, as large
                                          * as the lag of an amplifier with a filter of 160 Hz */
@@ -98,7 +98,7 @@ static int sensor_variables(const struct params *model, bool pressures, struct v
                                    .min = positive ? 0.0 : -SENSOR_MOST * std[i],
                                    .max = SENSOR_MOST * std[i],
                                    .prior_inverse_std = 1.0 / std[i],
-                                   .step = ERROR_STEP * std[i],
+                                   .step = ERROR_STEP * SENSOR_MOST * std[i],
                                    .equations = EQUATIONS_ALL};
     }
     return n;

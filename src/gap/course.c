@@ -10,59 +10,69 @@
 static const double RATIO = 1.2;  /* least ratio of two tests' factors that is told */
 static const double SIGMAS = 6.0; /* least difference, in its standard deviations, that is told */
 
-/* Sums over the rows of a test: products of the change that the effect makes with itself and with
- * the residual. */
+/* Sums over the rows of a test: squares of the change that the friction makes and of the residual,
+ * and their product. */
 struct sums {
-    double square, product;
+    double square, product, white, values;
 };
 
-/* Factor on the effect that leaves least in a test. */
+/* Factor on the friction that leaves least in a test. */
 static double factor(const struct sums *s) { return 1.0 - s->product / s->square; }
+
+static double factor_std(const struct sums *s) { return sqrt(fmax(s->white / s->values, 1.0) / s->square); }
 
 static void add_rows(const struct diagnosis *d, const double *change, const double *white, struct sums sum[RECORDING_TESTS]) {
     enum { ROW = sizeof(residual_row) / sizeof(double) };
     for (int i = 0; i < d->held_out.values; i++) {
         const struct residual_test *t = &d->odd.test[i / ROW];
         struct sums *s = &sum[t->of];
-        if (!t->spectrum.cycles) continue; /* speeds differ too much from segment to segment */
+        if (!t->spectrum.cycles || !(change[i] != 0.0))
+            continue; /* speeds differ too much from
+                                                                   * segment to segment */
         s->square += change[i] * change[i], s->product += change[i] * white[i];
+        s->white += white[i] * white[i], s->values++;
     }
 }
 
-/* Finds the two steady tests whose factors differ most clearly. noise: standard deviation of a
- * white residual. */
-static struct gap_course compare(const struct sums sum[RECORDING_TESTS], const struct recording *recording, double noise) {
+/* Finds the two steady tests whose factors differ most clearly. A factor counts as at least its
+ * standard deviation, so that the ratio is at least what is told. */
+static struct gap_course compare(const struct sums sum[RECORDING_TESTS], const struct recording *recording) {
     struct gap_course course = {0};
-    double clearest = SIGMAS * noise;
+    double clearest = SIGMAS;
     for (int i = 0; i < recording->tests; i++)
         for (int j = 0; j < recording->tests; j++) {
-            const struct sums *most = &sum[i], *least = &sum[j];
-            if (!(most->square > 0.0) || !(least->square > 0.0) || !(factor(least) > 0.0)) continue;
-            double apart = (factor(most) - factor(least)) / sqrt(1.0 / most->square + 1.0 / least->square);
-            if (!(apart > clearest) || !(factor(most) > RATIO * factor(least))) continue;
-            clearest = apart;
+            if (!(sum[i].square > 0.0) || !(sum[j].square > 0.0)) continue;
+            double most = factor(&sum[i]), least = fmax(factor(&sum[j]), factor_std(&sum[j]));
+            double apart = (most - factor(&sum[j])) / hypot(factor_std(&sum[i]), factor_std(&sum[j]));
+            if (!(apart > clearest) || !(most > RATIO * least)) continue;
             const struct recording_test *a = &recording->test[i], *b = &recording->test[j];
-            course = (struct gap_course){.ratio = factor(most) / factor(least), .most = {a->test, a->dof}, .least = {b->test, b->dof}};
+            clearest = apart;
+            course = (struct gap_course){
+                .ratio = most / least, .at_least = least > factor(&sum[j]), .most = {a->test, a->dof}, .least = {b->test, b->dof}};
         }
     return course;
 }
 
+/* True for a friction whose strength is not negative. A viscous one is only what is added to the
+ * stated one. */
+static bool is_dry(const struct effect *e) { return e->leg_friction && e->keys[0].min >= 0.0; }
+
 struct gap_course course_find(const struct diagnosis *d, const struct recording *recording) {
     size_t values = (size_t)d->held_out.values;
-    double *white = memory_get(values, sizeof *white), *change = memory_get(values, sizeof *change);
-    double noise = sqrt(fmax(d->held_square / d->held_out.evaluated, 1.0));
-    struct gap_course found = {0};
-    bool moves = fit_residual(&d->held_out, &d->model, white);
-    for (int i = 0; i < d->added && moves; i++) {
-        int effect = d->addition[i].effect;
-        struct sums sum[RECORDING_TESTS] = {{0}};
-        if (!effect_table[effect]->leg_friction || !fit_contribution(&d->held_out, &d->model, effect, change)) continue;
-        add_rows(d, change, white, sum);
-        struct gap_course course = compare(sum, recording, noise);
-        course.effect = effect;
-        if (course.ratio > found.ratio) found = course;
+    double *white = memory_get(values, sizeof *white), *one = memory_get(values, sizeof *one), *all = memory_get(values, sizeof *all);
+    struct sums sum[RECORDING_TESTS] = {{0}};
+    int frictions = 0, effect = 0;
+    for (int i = 0; i < d->added; i++) {
+        if (!is_dry(effect_table[d->addition[i].effect]) || !fit_contribution(&d->held_out, &d->model, d->addition[i].effect, one))
+            continue;
+        for (size_t a = 0; a < values; a++) all[a] += one[a];
+        frictions++, effect = d->addition[i].effect;
     }
+    if (frictions && fit_residual(&d->held_out, &d->model, white)) add_rows(d, all, white, sum);
+    struct gap_course course = compare(sum, recording);
+    course.frictions = frictions, course.effect = effect;
     free(white);
-    free(change);
-    return found;
+    free(one);
+    free(all);
+    return course;
 }

@@ -5,9 +5,8 @@
 
 #include "diagnose.h"
 
-/* Finds, on held-out cycles, the factor on each added friction of the cylinders that leaves least
- * in each steady test. Returns the friction whose factors differ most; its ratio is 0 if none
- * clearly do. */
+/* Finds, on held-out cycles, the factor on all added dry friction of the cylinders that leaves
+ * least in each steady test. The ratio is 0 if no two factors clearly differ. */
 struct gap_course course_find(const struct diagnosis *d, const struct recording *recording);
 
 #endif

@@ -38,11 +38,12 @@ static void list_hypotheses(struct diagnosis *d) {
 }
 
 /* Fits all variables of the model, and updates columns, squares and hypotheses. from: a model that
- * was fitted before, whose columns serve the first steps, or NULL. Returns false if the model
- * cannot make the measured motion. */
+ * was fitted before, or NULL. On a platform, where a set of columns takes long, its columns serve
+ * the first steps, unless the whiteners are new. Returns false if the model cannot make the
+ * measured motion. */
 static bool refit(struct diagnosis *d, const struct diagnosis *from) {
     const double *known[FIT_VARIABLES];
-    if (from && !from->whitened_anew) {
+    if (from && !from->whitened_anew && params_legs(d->given) > 1) {
         find_known(d, from, known);
         fit_model(&d->fit, &d->model, d->variables, d->variable, known, NULL, NULL, FIRST_SETS, NULL);
     }

@@ -46,8 +46,8 @@ void experiment_other_frequency(const struct mechanism *mechanism, double hz, ch
 }
 
 const char *experiment_when_warm(void) {
-    return "the same tests twice, one after the other: a friction that changes with time is another one in the second run, one that "
-           "follows another law is the same";
+    return "the same tests twice, one after the other: a friction that changes with time is another one in the second run, else it "
+           "is the same";
 }
 
 const char *experiment_unknown(void) {

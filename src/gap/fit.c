@@ -349,6 +349,20 @@ double fit_start(const struct fit_data *d, const struct params *model, int varia
     return linear_square(d->values, white, linear);
 }
 
+double fit_share(const struct fit_data *d, const double *white, const double *change, const struct linear_part *linear) {
+    double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX], min[COLUMNS_MAX], max[COLUMNS_MAX], x[COLUMNS_MAX] = {0};
+    const double *column[COLUMNS_MAX] = {change};
+    struct fit_prior prior[COLUMNS_MAX] = {{0}};
+    int n = 1 + linear->n;
+    min[0] = -HUGE_VAL, max[0] = HUGE_VAL;
+    for (int i = 1; i < n; i++) {
+        column[i] = linear->column + (size_t)(i - 1) * (size_t)d->values;
+        min[i] = linear->min[i - 1], max[i] = linear->max[i - 1], prior[i] = linear->prior[i - 1];
+    }
+    normal_equations(n, d->values, white, column, 1, linear->gram, h, g);
+    return solve_box(n, h, g, prior, min, max, x, NULL) ? x[0] : 0.0;
+}
+
 bool fit_raw(const struct fit_data *d, const struct params *model, double *raw) {
     return raw_residual(d, model, EQUATIONS_ALL, ALL_LEGS, raw);
 }
@@ -467,17 +481,20 @@ static void set_up(const struct descent *s, const double *const *column, struct 
     normal_equations(p->n, s->d->values, s->white, column, p->moved, linear ? linear->gram : NULL, p->h, p->g);
 }
 
-/* A fit's columns: those of its own variables, then those of the linear part. They hold for a model
- * near the one for which they were computed. */
+/* A fit's columns: those of its own variables, then those of the linear part. Those of the base
+ * hold for a model near the one for which they were computed. */
 struct jacobian {
     const double *column[COLUMNS_MAX];
     double *own;     /* room for the columns that are not known beforehand */
-    double square;   /* sum of squares where they were computed */
+    double square;   /* sum of squares where the base's were computed */
 };
 
-static bool compute(const struct descent *s, const double *const *known, struct jacobian *j) {
-    j->square = s->square;
-    return fit_columns(s->d, s->model, s->raw, s->variables, s->v, known, j->own);
+/* Computes the columns that are not known; keep: those of the base are kept. */
+static bool compute(const struct descent *s, const double *const *known, bool keep, struct jacobian *j) {
+    const double *kept[COLUMNS_MAX];
+    for (int i = 0; i < s->variables; i++) kept[i] = keep && s->v[i].base ? j->column[i] : known ? known[i] : NULL;
+    if (!keep) j->square = s->square;
+    return fit_columns(s->d, s->model, s->raw, s->variables, s->v, kept, j->own);
 }
 
 static bool holds(const struct descent *s, const struct jacobian *j) { return j->square - s->square < HOLDS * s->square; }
@@ -500,17 +517,17 @@ static bool plan(const struct descent *s, const struct jacobian *j, struct step 
 }
 
 /* Moves the model to the least sum of squares, with at most this many sets of columns. Without a
- * linear part columns are kept as long as they hold, or predict the steps well: most variables
- * change the residuals almost in proportion, and a set of columns of the base takes as long as a
- * hundred steps. Kept columns end the fit only if they promise little. The last set serves one
- * step. Returns false if the columns cannot be computed. */
+ * linear part the base's are kept as long as they hold, or predict the steps well: its variables
+ * change the residuals almost in proportion, and its columns take as long as a hundred steps. Kept
+ * columns end the fit only if they promise little. The last set serves one step. Returns false if
+ * the columns cannot be computed. */
 static bool fit_steps(struct descent *s, const double *const *known, int sets, struct jacobian *j, struct fit_result *result) {
     double x[COLUMNS_MAX];
     struct step *step = memory_get(1, sizeof *step);
     bool keep = false, ok = true, done = false;
     list_columns(s, known, j);
     while (!done && (keep || sets-- > 0)) {
-        if (!keep) ok = compute(s, known, j);
+        ok = compute(s, known, keep, j);
         if (!ok || !plan(s, j, step, x, result)) break;
         double before = s->square, promise = before - promised(s, step, x);
         if (s->linear && promise < s->linear->worth) break;
@@ -527,7 +544,7 @@ static bool fit_steps(struct descent *s, const double *const *known, int sets, s
 static bool finish(const struct descent *s, const double *const *known, struct jacobian *j, struct fit_result *result) {
     double x[COLUMNS_MAX];
     if (holds(s, j)) return true;
-    if (!compute(s, known, j)) return false;
+    if (!compute(s, known, false, j)) return false;
     struct step *step = memory_get(1, sizeof *step);
     plan(s, j, step, x, result);
     free(step);

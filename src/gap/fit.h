@@ -116,9 +116,14 @@ void fit_gram(int n, int values, const double *column, double *gram);
 double fit_start(const struct fit_data *d, const struct params *model, int variables, const struct variable *v,
                  const struct linear_part *linear, double *raw, double *white);
 
+/* Factor on `change`, a change of the white residuals, with which the residuals come closest to
+ * zero, if the linear part moves too; 0 if undetermined. */
+double fit_share(const struct fit_data *d, const double *white, const double *change, const struct linear_part *linear);
+
 /* Fits the variables, starting from `model`, which receives the result. known: columns that stay
  * constant; NULL: all columns are computed. raw: raw residuals at the start, if they are known.
- * sets: most sets of columns, each of which serves several steps, the last one a single step.
+ * sets: most sets of columns. The base's serve several steps, but for the last set and beside a
+ * linear part.
  * column: [variables][values], set to the columns that are not known, at the result or so near it
  * that they hold there; result.ok is false if they cannot be computed. known, linear, raw and
  * column may be NULL. */

@@ -43,6 +43,7 @@ static void extend(const struct params *given, const struct diagnosis *d, struct
 static void give_up(const struct params *given, struct gap_result *r) {
     r->effects = r->ambiguous = r->in_doubt = 0;
     r->ambiguous_together = false;
+    r->course = (struct gap_course){0};
     r->certainty = (struct gap_certainty){.probability = (double)NAN};
     r->model = *given;
     r->fitted = r->base_model;
@@ -58,8 +59,7 @@ void gap_progress(const struct gap_options *o, const char *step, double share) {
 }
 
 /* Reads what a diagnosis leaves on the held-out cycles into the result and the remainder. */
-static void read_remainder(const struct diagnosis *d, const struct recording *measured, struct gap_result *r, struct remainder *m) {
-    r->course = course_find(d, measured);
+static void read_remainder(const struct diagnosis *d, struct gap_result *r, struct remainder *m) {
     r->white_after = d->held_square / d->held_out.evaluated;
     m->after = d->held_square, m->beyond_laws = goodness_beyond_laws(d), m->noise = goodness_noise(d);
 }
@@ -138,7 +138,8 @@ static struct gap_result *copy_for_others(const struct gap_result *r) {
 static int judge_again(struct inquiry *q, struct gap_result *other, struct gap_result *r, bool *named, struct error *error) {
     struct replay runs[2] = {{0}};
     struct remainder remainder = q->remainder;
-    read_remainder(q->d, q->measured, other, &remainder);
+    read_remainder(q->d, other, &remainder);
+    other->course = course_find(q->d, q->measured);
     search_read_base(q->d, other);
     extend(q->d->given, q->d, other);
     int status = compare_models(q->d, q->measured, q->validate, q->options, other, runs, error);
@@ -162,7 +163,7 @@ static int review(struct inquiry *q, struct gap_result *r, struct error *error) 
     bool sure = statements_find(q->d, other), unknown = r->verdict == GAP_UNKNOWN_EFFECT, changes = false;
     if (sure) {
         struct remainder remainder = q->remainder;
-        read_remainder(q->d, q->measured, other, &remainder);
+        read_remainder(q->d, other, &remainder);
         changes = unknown ? instead_of_unknown(r, other, &remainder) : differs(r, other);
     }
     if (unknown) {
@@ -251,7 +252,8 @@ int gap_solve(const struct params *params, const struct recording *measured, con
 
     if (!status) status = compare_models(d, measured, validate, options, r, q.runs, error);
     if (!status) {
-        read_remainder(d, measured, r, &q.remainder);
+        read_remainder(d, r, &q.remainder);
+        r->course = course_find(d, measured);
         judge(r, &q.remainder);
         if (doubtful(r)) status = review(&q, r, error);
         if (r->verdict == GAP_UNKNOWN_EFFECT) give_up(params, r);

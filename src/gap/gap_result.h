@@ -123,11 +123,12 @@ struct gap_tone {
     int test;
 };
 
-/* A friction that is not the same in each test, as that of seals that warm up. */
+/* Dry friction that is not the same in each test, as that of seals that warm up. */
 struct gap_course {
-    int effect;
-    double ratio; /* how many times as large the friction is in one test as in another; 0: no
-                   * friction clearly changes */
+    int frictions, effect; /* number of frictions among the effects, and the last of them */
+    double ratio;          /* how many times as large the friction is in one test as in another; 0:
+                            * it does not clearly change */
+    bool at_least;         /* the ratio is at least this */
     struct {
         int test;
         enum dof dof;

@@ -311,17 +311,17 @@ static void say_one_frequency(struct gap_result *r) {
     if (!r->next_experiment[0]) experiment_other_frequency(params_mechanism(&r->model), r->one_hz, r->next_experiment);
 }
 
-/* Mentions a friction that changes from test to test. */
+/* Mentions dry friction that changes from test to test. */
 static void say_course(struct gap_result *r) {
     const struct gap_course *c = &r->course;
-    bool found = false;
-    for (int i = 0; i < r->effects; i++) found = found || r->effect[i].effect == c->effect;
-    if (r->verdict == GAP_UNKNOWN_EFFECT || !(c->ratio > 0.0) || !found) return;
+    bool falls = c->most.test < c->least.test;
+    if (r->verdict == GAP_UNKNOWN_EFFECT || !(c->ratio > 0.0)) return;
     char text[GAP_TEXT];
     snprintf(text, sizeof text,
-             "; %s is %.3g times as large in test %d (%s) as in test %d (%s): it changes with time, as that of seals that warm up, or "
+             "; %s is %s%.3g times as large in test %d (%s) as in test %d (%s): it changes with time%s, differs from leg to leg, or "
              "follows another law",
-             name_of(c->effect), c->ratio, c->most.test + 1, dof_names[c->most.dof], c->least.test + 1, dof_names[c->least.dof]);
+             c->frictions > 1 ? "dry friction" : name_of(c->effect), c->at_least ? "at least " : "", c->ratio, c->most.test + 1,
+             dof_names[c->most.dof], c->least.test + 1, dof_names[c->least.dof], falls ? ", as that of seals that warm up" : "");
     append(r, text);
     if (!r->next_experiment[0]) ADVISE(r, "%s", experiment_when_warm());
 }

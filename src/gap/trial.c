@@ -83,11 +83,10 @@ static void rate(const struct diagnosis *d, struct trial *t, double square, cons
 }
 
 /* Finds the best start of a hypothesis. The effect's configured values, if any, are one of the
- * starts. If the law is proportional, a step of the fit finds its strength from any start;
- * otherwise all strengths are tried, and the law counts as nonlinear. from: a trial of the effect
- * with all legs alike, or NULL; a trial with a value for each leg starts from it unless the
- * configuration has the effect. room: work space for three sets of residuals. Returns false if
- * there is no start. */
+ * starts. If the law is proportional, its best strength is computed; otherwise all strengths are
+ * tried, and the law counts as nonlinear. from: a trial of the effect with all legs alike, or NULL;
+ * a trial with a value for each leg starts from it unless the configuration has the effect. room:
+ * work space for three sets of residuals. Returns false if there is no start. */
 static bool best_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, const struct trial *from,
                        const struct linear_part *linear, double *room, struct start *s) {
     int values = d->fit.values;
@@ -109,7 +108,10 @@ static bool best_start(const struct diagnosis *d, const struct hypothesis *h, co
     for (int i = 0; i < STARTS; i++) {
         memcpy(white, none, (size_t)values * sizeof *white);
         try_start(d, h, base, start_strength[i], without, linear, i == WEAK ? weak : white, s);
-        if (i == TYPICAL && in_proportion(values, none, weak, white)) return s->square < HUGE_VAL;
+        if (i != TYPICAL || !in_proportion(values, none, weak, white)) continue;
+        for (int a = 0; a < values; a++) white[a] -= none[a];
+        try_start(d, h, base, fit_share(&d->fit, none, white, linear), without, linear, weak, s);
+        return s->square < HUGE_VAL;
     }
     s->bent = true;
     return s->square < HUGE_VAL;

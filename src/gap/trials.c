@@ -21,8 +21,9 @@ static const double LEAST_EVIDENCE = 12.0; /* on a platform, a trial with less e
                                             * not polished, either: what a name needs, less what a
                                             * rival may be behind */
 static const double HOPELESS = 100.0; /* a trial that leaves more than this many times what the best
-                                       * polished one leaves is not polished. Polishing has lowered
-                                       * that to a thirtieth at most */
+                                       * polished one leaves, none of whose values is at a bound, is
+                                       * not polished, unless the held-out cycles contradict it.
+                                       * Polishing has lowered that to a thirtieth at most */
 enum { FINALISTS = 5, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
 
 struct batch {
@@ -175,18 +176,21 @@ static double shared_gain(const struct trial *trial, int count) {
     return middle;
 }
 
-/* Returns the first trial, in order of gain, that may be added; NULL if there is none. */
-static const struct trial *first_sound(const struct trial *trial, int count) {
-    for (int i = 0; i < count; i++)
-        if (trial[i].ok && !trial[i].bound && !trial_contradicted(&trial[i])) return &trial[i];
-    return NULL;
+/* Copies the first trial, in order of gain, that may be added. Returns false if there is none. */
+static bool first_sound(const struct trial *trial, int count, struct trial *sound) {
+    for (int i = 0; i < count; i++) {
+        if (!trial[i].ok || trial[i].bound || trial_contradicted(&trial[i])) continue;
+        *sound = trial[i];
+        return true;
+    }
+    return false;
 }
 
 /* True if a trial has too little evidence to become the best one or its rival. On a single leg,
- * where polishing takes little time, no trial has: sets of effects are extended by polished trials.
- * best: the first sound trial, or NULL. */
+ * where polishing takes little time and sets of effects are searched widely, no trial has. best:
+ * the first sound trial. */
 static bool is_far(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
-    if (!best || params_legs(d->given) == 1) return false;
+    if (params_legs(d->given) == 1) return false;
     bool each = t->hypothesis->pattern == PATTERN_EACH;
     double evidence = trial_rise(best) + best->held_gain;
     return trial_ahead(best, t) > (1.0 - FAR_SHARE) * evidence || (each ? t->gain : trial_rise(t)) + t->held_gain < LEAST_EVIDENCE;
@@ -214,7 +218,8 @@ static void finish(const struct diagnosis *d, double worth, struct trial *trial,
     struct trial *finalist = memory_get((size_t)count, sizeof *finalist);
     int effects = 0, finalists = 0, others = 0;
     qsort(trial, (size_t)count, sizeof *trial, by_gain);
-    const struct trial *sound = first_sound(trial, count);
+    struct trial *sound = memory_get(1, sizeof *sound);
+    bool some = first_sound(trial, count, sound);
     double rise = trial_rise(&trial[0]), shared = shared_gain(trial, count);
     for (int i = 0; i < count; i++) {
         const struct trial *best = best_pattern(finalist, finalists, trial[i].hypothesis->effect);
@@ -222,7 +227,7 @@ static void finish(const struct diagnosis *d, double worth, struct trial *trial,
         /* one value for all legs is a special case of a value for each leg, and may be the whole
          * effect, whatever the first steps showed */
         bool limit = best && best->hypothesis->pattern == PATTERN_EACH && trial[i].hypothesis->pattern == PATTERN_ALL;
-        bool first = trial_fitted_gain(&trial[i]) > TRIAL_LEAST && (effects < FINALISTS || rises) && !is_far(d, sound, &trial[i]);
+        bool first = trial_fitted_gain(&trial[i]) > TRIAL_LEAST && (effects < FINALISTS || rises) && !(some && is_far(d, sound, &trial[i]));
         bool near = best ? limit || trial[i].gain > NEAR_SHARE * best->gain : first;
         bool anew = trial[i].gain > worth + 2.0 * shared && (!best || TRIAL_KEPT * trial[i].gain > best->gain);
         bool chosen = trial[i].ok && (trial_contradicted(&trial[i]) ? anew : near);
@@ -234,6 +239,7 @@ static void finish(const struct diagnosis *d, double worth, struct trial *trial,
     memcpy(trial, finalist, (size_t)finalists * sizeof *trial);
     polish(d, trial, finalists);
     qsort(trial, (size_t)count, sizeof *trial, by_evidence);
+    free(sound);
     free(finalist);
 }
 

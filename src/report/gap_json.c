@@ -135,9 +135,10 @@ static json_t *tone(const struct gap_tone *l) {
 
 static json_t *course(const struct gap_course *c) {
     if (!(c->ratio > 0.0)) return json_null();
-    return json_pack("{ss sf so so}", "effect", effect_table[c->effect]->name, "ratio", c->ratio, "most",
-                     json_pack("{si ss}", "test", c->most.test + 1, "axis", dof_names[c->most.dof]), "least",
-                     json_pack("{si ss}", "test", c->least.test + 1, "axis", dof_names[c->least.dof]));
+    json_t *effect = c->frictions > 1 ? json_null() : json_string(effect_table[c->effect]->name);
+    return json_pack("{so sf sb s{ss si} s{ss si}}", "effect", effect, "ratio", c->ratio, "at_least", c->at_least, "most", "test",
+                     dof_names[c->most.dof], "number", c->most.test + 1, "least", "test", dof_names[c->least.dof], "number",
+                     c->least.test + 1);
 }
 
 char *gap_json(const struct gap_result *r, const char *model) {

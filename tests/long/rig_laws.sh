@@ -11,10 +11,11 @@ changing() {
     local kept=$work/changing
     mkdir -p "$kept" && KEEP=$kept "$python" tests/gap/score.py case "$@" && "$python" -c '
 import json, sys
-course = json.load(open(sys.argv[1]))["course"]
-print(course)
-sys.exit(not (course and course["effect"] == "cylinder_coulomb_friction" and course["most"]["test"] < course["least"]["test"]
-              and 1.3 < course["ratio"] < 1.8))' "$kept/out/gap.json"
+gap = json.load(open(sys.argv[1]))
+course = gap["course"]
+print(gap["verdict"], gap["reason"], course)
+sys.exit(not (gap["verdict"] == "effect_named" and "times as large in test" in gap["reason"] and course["effect"] == "cylinder_coulomb_friction"
+              and course["most"]["number"] < course["least"]["number"] and 1.3 < course["ratio"] < 1.8))' "$kept/out/gap.json"
 }
 claim "friction that falls by half while the seals warm up is said to change" changing unknown_warming_friction typical 9001 tolerance
 # valued: true if the effect is also named with its value, within 5 % or two stated deviations.
@@ -26,7 +27,7 @@ claim "backlash in all legs is named with its value, rods knocking" valued joint
 listed() {
     "$python" tests/gap/score.py case "$@" >"$work/row"
     cat "$work/row"
-    [ "$(cut -d, -f7 "$work/row" | tr ' ' '\n' | sort | paste -sd+)" = "$1" ]
+    [ "$(cut -d, -f7 "$work/row" | tr ' ' '\n' | sort | paste -sd+)" = "$1" ] && [[ $(cut -d, -f8 "$work/row") =~ ^(actuator_inertia)?$ ]]
 }
 SET="${exact[*]}" claim "so is a tilted base beside it, where gauges are exact, or as masses of each actuator" \
     listed base_tilt+joint_backlash typical 1524 tolerance
