@@ -34,19 +34,17 @@ static void add_rows(const struct diagnosis *d, const double *change, const doub
     }
 }
 
-/* Finds the two steady tests whose factors differ most clearly. A factor counts as at least its
- * standard deviation, so that the ratio is at least what is told. */
+/* Finds the two steady tests whose factors have the largest ratio, of those that clearly differ. A
+ * factor counts as at least its standard deviation, so that the ratio is at least what is told. */
 static struct gap_course compare(const struct sums sum[RECORDING_TESTS], const struct recording *recording) {
     struct gap_course course = {0};
-    double clearest = SIGMAS;
     for (int i = 0; i < recording->tests; i++)
         for (int j = 0; j < recording->tests; j++) {
             if (!(sum[i].square > 0.0) || !(sum[j].square > 0.0)) continue;
             double most = factor(&sum[i]), least = fmax(factor(&sum[j]), factor_std(&sum[j]));
             double apart = (most - factor(&sum[j])) / hypot(factor_std(&sum[i]), factor_std(&sum[j]));
-            if (!(apart > clearest) || !(most > RATIO * least)) continue;
+            if (!(apart > SIGMAS) || !(most > fmax(RATIO, course.ratio) * least)) continue;
             const struct recording_test *a = &recording->test[i], *b = &recording->test[j];
-            clearest = apart;
             course = (struct gap_course){
                 .ratio = most / least, .at_least = least > factor(&sum[j]), .most = {a->test, a->dof}, .least = {b->test, b->dof}};
         }
