@@ -11,7 +11,7 @@ static const double RATIO = 1.2;  /* least ratio of two tests' factors that is t
 static const double SIGMAS = 6.0; /* least difference, in its standard deviations, that is told */
 
 /* Sums over the rows of a test: squares of the change that the friction makes and of the residual,
- * and their product. */
+ * their product, and the number of values. */
 struct sums {
     double square, product, white, values;
 };
@@ -26,9 +26,8 @@ static void add_rows(const struct diagnosis *d, const double *change, const doub
     for (int i = 0; i < d->held_out.values; i++) {
         const struct residual_test *t = &d->odd.test[i / ROW];
         struct sums *s = &sum[t->of];
-        if (!t->spectrum.cycles || !(change[i] != 0.0))
-            continue; /* speeds differ too much from
-                                                                   * segment to segment */
+        /* Segments of another motion are left out: their speeds differ too much. */
+        if (!t->spectrum.cycles || !(change[i] != 0.0)) continue;
         s->square += change[i] * change[i], s->product += change[i] * white[i];
         s->white += white[i] * white[i], s->values++;
     }
