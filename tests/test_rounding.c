@@ -45,7 +45,9 @@ static double harmonics_over_predicted(double hz, double amplitude_m, double sha
                                    .places = (int)ceil(s.offsets / hz / step_s - 1e-6),
                                    .cycles = s.cycles,
                                    .middle = middle};
-        rounding_in_step(&r, s.harmonics, s.mean[CHANNEL_LENGTH][0], variance);
+        struct rounding_shares shares;
+        rounding_find_shares(&r, s.harmonics, s.mean[CHANNEL_LENGTH][0], &shares);
+        rounding_in_step(&r, &shares, s.harmonics, variance);
         for (int a = 2 * first - 1; a <= 2 * last; a++) {
             double truth = a == 1 ? amplitude * cos(phase) : a == 2 ? amplitude * sin(phase) : 0.0;
             found += pow(s.mean[CHANNEL_LENGTH][0][a] - truth, 2.0) - pow(s.std[CHANNEL_LENGTH][0][a], 2.0);

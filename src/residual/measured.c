@@ -51,30 +51,44 @@ struct readings {
     int channels;               /* number of channels in `read`, which are read from sensors */
     const enum channel *read;
     resolutions resolution;
+    spectrum_cycle *row[CYCLES_ALL]; /* harmonics of each averaged cycle, by enum cycles - 1 */
 };
 
-/* Finds the rounding errors in step with the motion: of the lengths, and of the pressures and the
- * force A1 P1 - A2 P2, or of the reading of a force sensor. row: harmonics of each cycle. */
-static void find_in_step(struct spectrum *s, const struct readings *of, double step_s, spectrum_cycle *row) {
+/* A channel of one leg in a test's mean cycles, as it is rounded. middle: set to the mean of each
+ * cycle. */
+static struct rounding rounded(const struct readings *of, const struct spectrum *s, int which, enum channel ch, int leg, double step_s,
+                               double middle[CYCLES_MAX]) {
+    for (int i = 0; i < s->cycles; i++) middle[i] = of->row[which - 1][i][ch][leg][0];
+    return (struct rounding){.step = of->resolution[ch][leg],
+                             .scatter = s->scatter[ch][leg],
+                             .first_phase = s->omega * of->test->sample[of->test->first].test_time_s,
+                             .places = s->offsets * (int)ceil(2.0 * PI / s->omega / step_s - 1e-6),
+                             .cycles = s->cycles,
+                             .middle = middle};
+}
+
+/* Finds the rounding errors of one leg in step with the motion: of its length, and of the pressures
+ * and the force A1 P1 - A2 P2, or of the reading of a force sensor. */
+static void find_in_step(struct measured *m, const struct readings *of, int leg) {
     struct cylinder_areas areas = cylinder_areas(&of->params->actuator);
-    for (int k = 0; k < params_legs(of->params); k++) {
-        double variance[CHANNELS][SPECTRUM_SIZE] = {{0}}, middle[CYCLES_MAX];
-        for (const enum channel *c = of->read; c < of->read + of->channels; c++) {
-            enum channel ch = *c;
-            for (int i = 0; i < s->cycles; i++) middle[i] = row[i][ch][k][0];
-            const struct rounding r = {.step = of->resolution[ch][k],
-                                       .scatter = s->scatter[ch][k],
-                                       .first_phase = s->omega * of->test->sample[of->test->first].test_time_s,
-                                       .places = s->offsets * (int)ceil(2.0 * PI / s->omega / step_s - 1e-6),
-                                       .cycles = s->cycles,
-                                       .middle = middle};
-            rounding_in_step(&r, s->harmonics, s->mean[ch][k], variance[ch]);
+    double variance[CYCLES_ALL][CHANNELS][SPECTRUM_SIZE] = {{{0}}}, middle[CYCLES_MAX];
+    for (const enum channel *c = of->read; c < of->read + of->channels; c++) {
+        struct rounding_shares shares = {.tones = 0};
+        int places = 0; /* places that the shares are found for */
+        for (int which = CYCLES_ALL; which >= CYCLES_EVEN; which--) {
+            const struct spectrum *s = &m->spectrum[which - 1];
+            if (!m->sufficient[which - 1]) continue;
+            const struct rounding r = rounded(of, s, which, *c, leg, m->step_s, middle);
+            if (r.places != places) rounding_find_shares(&r, s->harmonics, s->mean[*c][leg], &shares), places = r.places;
+            rounding_in_step(&r, &shares, s->harmonics, variance[which - 1][*c]);
         }
+    }
+    for (int i = 0; i < CYCLES_ALL; i++) {
         for (int a = 0; a < SPECTRUM_SIZE && of->pressures; a++)
-            variance[CHANNEL_FORCE][a] = square(areas.a1_m2[k]) * variance[CHANNEL_P1][a] +
-                                         square(areas.a2_m2[k]) * variance[CHANNEL_P2][a];
+            variance[i][CHANNEL_FORCE][a] = square(areas.a1_m2[leg]) * variance[i][CHANNEL_P1][a] +
+                                            square(areas.a2_m2[leg]) * variance[i][CHANNEL_P2][a];
         for (int ch = 0; ch < CHANNELS; ch++)
-            for (int a = 0; a < SPECTRUM_SIZE; a++) s->in_step[ch][k][a] = sqrt(variance[ch][a]);
+            for (int a = 0; a < SPECTRUM_SIZE; a++) m->spectrum[i].in_step[ch][leg][a] = sqrt(variance[i][ch][a]);
     }
 }
 
@@ -82,15 +96,17 @@ static void find_in_step(struct spectrum *s, const struct readings *of, double s
 static int measure_cycles(struct measured *m, const struct recording *r, const struct recording_test *test, struct error *error) {
     static const enum channel chambers[] = {CHANNEL_LENGTH, CHANNEL_P1, CHANNEL_P2}, sensor[] = {CHANNEL_LENGTH, CHANNEL_FORCE};
     bool pressures = r->measured.pressures;
-    struct readings of = {test, r->params, pressures, pressures ? 3 : 2, pressures ? chambers : sensor, {{0}}};
-    spectrum_cycle *room = malloc(CYCLES_MAX * sizeof *room);
+    int legs = params_legs(r->params);
+    struct readings of = {
+        .test = test, .params = r->params, .pressures = pressures, .channels = pressures ? 3 : 2, .read = pressures ? chambers : sensor};
+    spectrum_cycle *room = malloc(CYCLES_ALL * CYCLES_MAX * sizeof *room);
     if (!room) return error_set(error, STATUS_IO, "out of memory");
-    find_resolutions(test, params_legs(r->params), of.channels, of.read, of.resolution);
+    find_resolutions(test, legs, of.channels, of.read, of.resolution);
     for (int which = CYCLES_EVEN; which <= CYCLES_ALL; which++) {
-        struct spectrum *s = &m->spectrum[which - 1];
-        m->sufficient[which - 1] = spectrum_measure(s, room, test, m->step_s, (enum cycles)which);
-        if (m->sufficient[which - 1]) find_in_step(s, &of, m->step_s, room);
+        of.row[which - 1] = room + (which - 1) * CYCLES_MAX;
+        m->sufficient[which - 1] = spectrum_measure(&m->spectrum[which - 1], of.row[which - 1], test, m->step_s, (enum cycles)which);
     }
+    for (int k = 0; k < legs; k++) find_in_step(m, &of, k);
     free(room);
     return STATUS_OK;
 }

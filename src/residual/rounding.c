@@ -1,6 +1,7 @@
 #include "rounding.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 #include "numeric.h"
@@ -31,6 +32,19 @@ static double shaking(double scatter) {
     return least;
 }
 
+/* Mean square of each tone in a signal's mean cycle, in steps^2. */
+static void find_mean_squares(const struct rounding *r, double mean_square[ROUNDING_TONES]) {
+    double shaken = shaking(r->scatter / r->step);
+    for (int k = 0; k < ROUNDING_TONES; k++) {
+        double s = 0.0, c = 0.0;
+        for (int i = 0; i < r->cycles; i++) {
+            double turn = 2.0 * PI * (k + 1) * r->middle[i] / r->step;
+            s += sin(turn) / r->cycles, c += cos(turn) / r->cycles;
+        }
+        mean_square[k] = tone_square(k + 1, shaken) * (square(s) + square(c));
+    }
+}
+
 /* Fourier coefficients of the sine and the cosine of each tone, for sizes of the motion whose
  * peaks are spread evenly over a step. */
 struct tones {
@@ -46,59 +60,66 @@ static double course_at(const struct rounding *r, int harmonics, const double *r
     return x;
 }
 
+/* Turns a unit vector by the angle of another one. */
+static void turn_by(double *s, double *c, double by_s, double by_c) {
+    double turned = *s * by_c + *c * by_s;
+    *c = *c * by_c - *s * by_s, *s = turned;
+}
+
 static void find_tones(struct tones *t, const struct rounding *r, int harmonics, const double *row, int tones) {
     double basis[1 + 2 * ROUNDING_HARMONICS], peak = 0.0;
     memset(t, 0, sizeof *t);
     for (int i = 0; i < r->places; i++) peak = fmax(peak, fabs(course_at(r, harmonics, row, i, basis)));
     for (int i = 0; i < r->places; i++) {
-        double x = course_at(r, harmonics, row, i, basis);
-        for (int j = 0; j < SIZES; j++) {
-            double off = (j + 0.5) / SIZES - 0.5, larger = peak > 0.0 ? x / peak * off : 0.0;
-            double turn = 2.0 * PI * (x / r->step + larger), first_s = sin(turn), first_c = cos(turn), s = first_s, c = first_c;
-            for (int k = 0; k < tones; k++) {
-                for (int a = 0; a < 1 + 2 * harmonics; a++) t->sine[k][j][a] += s * basis[a], t->cosine[k][j][a] += c * basis[a];
-                /* turns by the first tone's angle */
-                double next_s = s * first_c + c * first_s;
-                c = c * first_c - s * first_s, s = next_s;
+        double x = course_at(r, harmonics, row, i, basis), larger = peak > 0.0 ? x / peak / SIZES : 0.0;
+        double turn = 2.0 * PI * (x / r->step - 0.5 * (SIZES - 1) * larger), first_s = sin(turn), first_c = cos(turn);
+        double larger_s = sin(2.0 * PI * larger), larger_c = cos(2.0 * PI * larger);
+        for (int j = 0; j < SIZES; j++, turn_by(&first_s, &first_c, larger_s, larger_c)) {
+            double s = first_s, c = first_c;
+            for (int k = 0; k < tones; k++, turn_by(&s, &c, first_s, first_c)) {
+                double *sine = t->sine[k][j], *cosine = t->cosine[k][j];
+                for (int a = 0; a < 1 + 2 * harmonics; a++) sine[a] += s * basis[a], cosine[a] += c * basis[a];
             }
         }
     }
 }
 
-/* Computes the variances if the tones of a motion have these mean squares, in steps^2. */
-static void find_variance(const struct rounding *r, int harmonics, const double *row, int tones, const double *mean_square,
-                          double *variance) {
+/* Finds the shares for this motion. */
+static void find_shares(struct rounding_shares *shares, const struct rounding *r, int harmonics, const double *row) {
     struct tones t;
-    find_tones(&t, r, harmonics, row, tones);
-    memset(variance, 0, (size_t)(1 + 2 * harmonics) * sizeof *variance);
-    for (int k = 0; k < tones; k++)
-        for (int j = 0; j < SIZES; j++)
-            for (int a = 0; a < 1 + 2 * harmonics; a++)
-                variance[a] += mean_square[k] / SIZES * square(r->step * (a ? 2.0 : 1.0) / r->places) *
-                               (square(t.sine[k][j][a]) + square(t.cosine[k][j][a]));
+    find_tones(&t, r, harmonics, row, shares->tones);
+    for (int k = 0; k < shares->tones; k++)
+        for (int a = 0; a < 1 + 2 * harmonics; a++) {
+            double sum = 0.0;
+            for (int j = 0; j < SIZES; j++) sum += square(t.sine[k][j][a]) + square(t.cosine[k][j][a]);
+            shares->of[k][a] = square(r->step * (a ? 2.0 : 1.0) / r->places) * sum / SIZES;
+        }
 }
 
-void rounding_in_step(const struct rounding *r, int harmonics, const double *row, double *variance) {
-    memset(variance, 0, (size_t)(1 + 2 * harmonics) * sizeof *variance);
+void rounding_find_shares(const struct rounding *r, int harmonics, const double *row, struct rounding_shares *shares) {
+    double mean_square[ROUNDING_TONES], variance[1 + 2 * ROUNDING_HARMONICS];
+    shares->tones = 0;
     if (!(r->step > 0.0) || r->places < 1) return;
-    double shaken = shaking(r->scatter / r->step), mean_square[ROUNDING_TONES];
-    int tones = 0; /* number of tones up to the last one that counts */
-    for (int k = 0; k < ROUNDING_TONES; k++) {
-        double s = 0.0, c = 0.0;
-        for (int i = 0; i < r->cycles; i++) {
-            double turn = 2.0 * PI * (k + 1) * r->middle[i] / r->step;
-            s += sin(turn) / r->cycles, c += cos(turn) / r->cycles;
-        }
-        mean_square[k] = tone_square(k + 1, shaken) * (square(s) + square(c));
-        if (mean_square[k] > WEAK / 12.0) tones = k + 1;
-    }
-    if (!tones) return;
+    find_mean_squares(r, mean_square);
+    for (int k = 0; k < ROUNDING_TONES; k++)
+        if (mean_square[k] > WEAK / 12.0) shares->tones = k + 1;
+    if (!shares->tones) return;
     /* The motion is the fundamental, and those harmonics that cannot be errors. */
     double motion[1 + 2 * ROUNDING_HARMONICS] = {0.0, row[1], row[2]};
     bool more = false;
-    find_variance(r, harmonics, motion, tones, mean_square, variance);
+    find_shares(shares, r, harmonics, motion);
+    rounding_in_step(r, shares, harmonics, variance);
     for (int a = 3; a < 1 + 2 * harmonics; a += 2)
         if (square(row[a]) + square(row[a + 1]) > square(SURE) * (variance[a] + variance[a + 1]))
             motion[a] = row[a], motion[a + 1] = row[a + 1], more = true;
-    if (more) find_variance(r, harmonics, motion, tones, mean_square, variance);
+    if (more) find_shares(shares, r, harmonics, motion);
+}
+
+void rounding_in_step(const struct rounding *r, const struct rounding_shares *shares, int harmonics, double *variance) {
+    double mean_square[ROUNDING_TONES];
+    memset(variance, 0, (size_t)(1 + 2 * harmonics) * sizeof *variance);
+    if (!shares->tones) return;
+    find_mean_squares(r, mean_square);
+    for (int k = 0; k < shares->tones; k++)
+        for (int a = 0; a < 1 + 2 * harmonics; a++) variance[a] += mean_square[k] * shares->of[k][a];
 }

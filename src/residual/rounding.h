@@ -31,8 +31,19 @@ struct rounding {
     const double *middle;      /* [cycles]: mean of each cycle */
 };
 
-/* Computes the variance that the rounding errors described above give each coefficient of a mean
- * cycle. row: the mean cycle; row and variance have 1 + 2 harmonics coefficients. */
-void rounding_in_step(const struct rounding *r, int harmonics, const double *row, double *variance);
+/* Shares of the tones that fall on each coefficient of a mean cycle: variance, in the signal's unit
+ * squared, for a tone of mean square 1 step^2. They depend on the motion and its places alone. */
+struct rounding_shares {
+    int tones;                 /* number of tones up to the last one that counts; 0: there are no
+                                * rounding errors */
+    double of[ROUNDING_TONES][1 + 2 * ROUNDING_HARMONICS];
+};
+
+/* Finds the shares for a mean cycle `row` of 1 + 2 harmonics coefficients. */
+void rounding_find_shares(const struct rounding *r, int harmonics, const double *row, struct rounding_shares *shares);
+
+/* Computes the variance that the rounding errors described above give each of the 1 + 2 harmonics
+ * coefficients of the mean cycle. The shares may be those of other cycles at the same places. */
+void rounding_in_step(const struct rounding *r, const struct rounding_shares *shares, int harmonics, double *variance);
 
 #endif
