@@ -14,11 +14,12 @@
  * bandwidth. */
 enum { LENGTH, RATE, P1, P2, SPOOL, SPOOL_RATE, PLANT, INTEGRAL = PLANT, DERIVATIVE, ERROR, FORCE_LP, SENT, INPUT = PLANT };
 enum { READ_LENGTH, READ_FORCE, READINGS };
-enum { HALVINGS = 10, TERMS = 12, DOUBLINGS = 24 /* 2^24 cycles are added up */ };
+enum { HALVINGS = 10, TERMS = 12, DOUBLINGS = 24 /* at most 2^24 cycles are added up */ };
 static const double UNIT_PA = 1e7;
 static const double UNIFORM_SQUARE = 1.0 / 12.0; /* variance of an error that is uniform over an
                                                   * interval of 1 */
 static const double LEAST_LAG_S = 1e-4;
+static const double NOTHING = 1e-30; /* the square of a factor below this is lost in rounding */
 static const double OSCILLATES = 0.95; /* a pair of poles counts as oscillating if its damping ratio
                                         * is less than this; with more a step hardly overshoots */
 
@@ -292,17 +293,40 @@ static void mean_errors(const struct loop_mode_input *shape, const struct params
     }
 }
 
+/* product = a b, of n rows. The innermost loop runs along rows, of which the compiler makes
+ * vectors. */
+static void multiply_maps(int n, double a[LOOP_POLES][LOOP_POLES], double b[LOOP_POLES][LOOP_POLES],
+                          double product[LOOP_POLES][LOOP_POLES]) {
+    for (int i = 0; i < n; i++) {
+        double *row = product[i];
+        memset(row, 0, (size_t)n * sizeof *row);
+        for (int k = 0; k < n; k++) {
+            const double factor = a[i][k], *other = b[k];
+            for (int j = 0; j < n; j++) row[j] += factor * other[j];
+        }
+    }
+}
+
 /* Doubles the number of cycles whose errors are added up: sum += map sum map', then map = map
  * map. */
 static void double_cycles(int n, double map[LOOP_POLES][LOOP_POLES], double sum[LOOP_POLES][LOOP_POLES]) {
-    double half[LOOP_POLES][LOOP_POLES] = {{0}}, squared[LOOP_POLES][LOOP_POLES] = {{0}};
+    double half[LOOP_POLES][LOOP_POLES], transposed[LOOP_POLES][LOOP_POLES], later[LOOP_POLES][LOOP_POLES];
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++) transposed[j][i] = map[i][j];
+    multiply_maps(n, map, sum, half);
+    multiply_maps(n, half, transposed, later);
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++) sum[i][j] += later[i][j];
+    multiply_maps(n, map, map, half);
+    for (int i = 0; i < n; i++) memcpy(map[i], half[i], (size_t)n * sizeof half[i][0]);
+}
+
+/* True if errors of this many cycles ago have died away to nothing. */
+static bool forgotten(int n, double map[LOOP_POLES][LOOP_POLES]) {
     for (int i = 0; i < n; i++)
         for (int j = 0; j < n; j++)
-            for (int k = 0; k < n; k++) half[i][j] += map[i][k] * sum[k][j], squared[i][j] += map[i][k] * map[k][j];
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j < n; j++)
-            for (int k = 0; k < n; k++) sum[i][j] += half[i][k] * map[j][k];
-    memcpy(map, squared, sizeof squared);
+            if (!(fabs(map[i][j]) < NOTHING)) return false;
+    return true;
 }
 
 double loop_noise(const struct loop_leg leg[LEGS], const struct loop_mode_input *shape, const struct params *params) {
@@ -315,7 +339,7 @@ double loop_noise(const struct loop_leg leg[LEGS], const struct loop_mode_input 
     for (int n = 0; n < READINGS; n++)
         for (int i = 0; i < m.size; i++)
             for (int j = 0; j < m.size; j++) sum[i][j] += square[n] * m.noise[n][i] * m.noise[n][j];
-    for (int n = 0; n < DOUBLINGS; n++) double_cycles(m.size, m.map, sum);
+    for (int n = 0; n < DOUBLINGS && !forgotten(m.size, m.map); n++) double_cycles(m.size, m.map, sum);
     for (int i = 0; i < PLANT; i++)
         for (int j = 0; j < PLANT; j++) result += rates[RATE][i] * rates[RATE][j] * sum[i][j];
     return sqrt(result);
