@@ -156,7 +156,7 @@ static uint32_t refuse_value(const struct can_dictionary *d, const struct can_ob
     case 0x160001:
     case 0x160002:
     case 0x160003: return refuse_mapping(d, value);
-    /* readings are latched by SYNC only, so TPDOs that need no SYNC are refused */
+    /* readings are latched by SYNC and sent unasked: all other types of a TPDO are refused */
     case 0x180002: return value > 240 ? SDO_VALUE : 0;
     default: return 0;
     }

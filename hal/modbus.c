@@ -316,8 +316,9 @@ static void *modbus_thread(void *argument) {
         }
 
         backoff_ms = BACKOFF_FIRST_MS;
-        /* SAFETY: a waiting command is outdated; until `connected` is set, the loop only posts
-         * commands that centre the valves */
+        /* SAFETY: drops a command that was posted before the connection was lost. No newer one that
+         * drives a valve is lost: until `connected` is set, the loop only posts commands that
+         * centre the valves. */
         latest_take(&m->newest_command);
         atomic_store_explicit(&m->connected, true, memory_order_release);
     }

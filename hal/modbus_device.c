@@ -274,7 +274,7 @@ static int listen_tcp(struct modbus_device *d, const struct modbus_address_parts
 
 static int connect_serial(struct modbus_device *d) {
     if (modbus_connect(d->modbus)) return -1;
-    d->client[0].fd = modbus_get_socket(d->modbus); /* libmodbus opens it non-blocking */
+    d->client[0].fd = modbus_get_socket(d->modbus); /* libmodbus has opened the port non-blocking */
     d->client[0].filled = 0;
     d->empty_reads = 0;
     printf("plant: ready on modbus:rtu:%s\n", d->address.name);

@@ -35,7 +35,7 @@ enum {
                                * set */
     SAMPLE_UNWRITTEN = 1u << 8, /* beside SAMPLE_IO: the sample was read, but the previous command
                                  * was not written */
-    SAMPLE_TWIN = 1u << 9,      /* two devices answer as one (hal_sample.twins) */
+    SAMPLE_TWIN = 1u << 9,      /* two devices answer under one address (hal_sample.twins) */
     SAMPLE_FLAGS = 10,
 };
 

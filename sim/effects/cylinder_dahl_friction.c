@@ -39,7 +39,7 @@ const struct effect cylinder_dahl_friction = {
                            .shapes_law = true}},
     .parallel_to = {"axis.force_offset_n"}, /* friction that is stronger in one direction looks like
                                              * such a force */
-    .contains = {&cylinder_coulomb_friction},      /* limit of this effect for a short distance_m */
+    .contains = {&cylinder_coulomb_friction},      /* limiting case for a short distance_m */
     .told_apart = {{.from = &cylinder_coulomb_friction,
                     .record = "`--tests z --set tests.amplitude_m=0.001`",
                     .record_axis = "a stroke of a millimetre",

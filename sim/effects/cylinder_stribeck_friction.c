@@ -28,6 +28,6 @@ const struct effect cylinder_stribeck_friction = {
                            .typical = 0.02,
                            .per_leg = true,
                            .shapes_law = true}},
-    .contains = {&cylinder_coulomb_friction}, /* limit of this effect for a high velocity_mps */
+    .contains = {&cylinder_coulomb_friction}, /* limiting case for a high velocity_mps */
     .leg_friction = leg_friction,
 };

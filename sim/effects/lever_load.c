@@ -33,7 +33,7 @@ const struct effect lever_load = {
              [BEND] = {.name = "bend_n_per_m2", .unit = "N/m^2", .min = -1e9, .max = 1e9, .typical = 1e5},
              [TURN] =
                  {.name = "turn_per_m2", .unit = "1/m^2", .min = -2.5e4, .max = 2.5e4, .neutral = 1.0, .typical = 1.0, .shapes_law = true}},
-    .contains = {&external_stiffness}, /* limit of this effect for no bend and no turn */
+    .contains = {&external_stiffness}, /* limiting case for no bend and no turn */
     .told_apart = {{.from = &external_stiffness,
                     .record = "`--tests x --set tests.frequency_hz=0.5 --set tests.amplitude_m=0.05`",
                     .record_axis = "the longest stroke that the machine has",

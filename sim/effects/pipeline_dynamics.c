@@ -28,7 +28,7 @@ const struct effect pipeline_dynamics = {
                            .typical = 0.02,
                            .per_leg = true,
                            .shapes_law = true}},
-    .contains = {&entrained_air}, /* limit of this effect for a short wide hose, which is a volume
+    .contains = {&entrained_air}, /* limiting case for a short wide hose, which is a volume
                                    * of oil */
     .parallel_to = {"length of the pipes", "length of the pipes beside the others'"},
     .machine = machine,

@@ -21,7 +21,7 @@ const struct effect position_sensor_scale = {
     .law_error = 1e-3,
     .keys = {[SCALE] = {.name = "scale", .unit = "-", .min = 0.8, .max = 1.2, .neutral = 1.0, .typical = 1.03, .per_leg = true},
              [ZERO] = {.name = "zero_m", .unit = "m", .min = -5.0, .max = 5.0, .typical = -0.2, .per_leg = true, .shapes_law = true}},
-    .contains = {&position_sensor_offset}, /* limit of this effect for a distant zero_m */
+    .contains = {&position_sensor_offset}, /* limiting case for a distant zero_m */
     .parallel_to = {"gain of the length"},
     .machine = machine,
 };

@@ -69,7 +69,7 @@ struct loop_check doctor_loop(const struct doctor *d);
 /* Returns the margins of the configured gains: d->gains, or computed here. */
 struct gains_check doctor_gains(const struct doctor *d);
 
-/* Returns the part of the machine's URL after "can:", for scheme "can"; NULL if the URL has another
+/* Returns the part of the machine's URL after the scheme and its colon; NULL if the URL has another
  * scheme. */
 const char *doctor_address(const struct doctor *d, const char *scheme);
 

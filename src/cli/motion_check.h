@@ -1,4 +1,4 @@
-/* SAFETY: compares a run's whole motion, as the loop will request it cycle by cycle, with the
+/* SAFETY: compares the motion of all tests, as the loop will request it cycle by cycle, with the
  * machine's abilities before anything moves: every test with its ramps, and again with a stop,
  * which is tried at intervals of a tenth of tests.ramp_out_s. If the motion repeats after 64 cycles
  * or more, stops are tried only in the ramp-in and the first period, for a trajectory also near its

@@ -61,7 +61,8 @@ struct oscillation_block {
     double white, opened_white, forced_white;
     double asked_measured, asked_commanded; /* acceleration of the reference, filtered as `measured`
                                              * and as `commanded` */
-    double leg[LEGS];        /* each leg's own commanded acceleration */
+    double leg[LEGS];        /* each leg's own part of `opened`, and of `commanded` where that is
+                              * computed */
 };
 
 struct oscillation {

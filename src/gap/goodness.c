@@ -18,8 +18,8 @@ static const double LAW_SIGMAS = 4.0;    /* largest deviation from its law that 
 static const double FEW_CYCLES = 10.0;   /* allowance in place of the mean square of Student's t
                                           * from two or three cycles, which is infinite */
 
-/* Mean square of the evaluated values, whose noise is above 0, in one row: one residual of one
- * leg. */
+/* Mean square of the values of one row, which is one residual of one leg. Only evaluated values
+ * count; their noise is above 0. */
 static double mean_square(const double *part, const double *noise) {
     double sum = 0.0, rows = 0.0;
     for (int a = 0; a < RESIDUAL_SIZE; a++)

@@ -135,8 +135,9 @@ static bool is_inertia(int effect) {
     return effect_table[effect]->family == EFFECT_BODIES && experiment_is_known(effect_table[effect], &external_stiffness);
 }
 
-/* True if masses and springs together explain tests at one frequency. Any part that moves by itself
- * has the force of a mass or a spring there, on each axis another. */
+/* True if masses and springs together explain tests at one frequency. There the force of any part
+ * that moves by itself equals that of a mass or of a spring; which of the two, and how large,
+ * differs from axis to axis. */
 static bool moves_by_itself(const struct gap_result *r) {
     bool spring = false, inertia = false;
     for (int i = 0; i < r->effects; i++) {

@@ -378,7 +378,9 @@ static void read_effects(const struct diagnosis *d, struct gap_result *r) {
             double value = variable_get(v, &d->model);
             for (int leg = 0; leg < LEGS; leg++) {
                 if (v->leg >= 0 && v->leg != leg) continue;
-                if (v->base) { /* a base variable within its tolerance is no finding */
+                /* a base variable cannot leave its tolerance, so it is no finding: the configured
+                 * value is reported */
+                if (v->base) {
                     r->effect[i].values.value[v->key][leg] = d->given->effects[v->effect].value[v->key][leg];
                     continue;
                 }

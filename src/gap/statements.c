@@ -338,7 +338,7 @@ static struct gap_certainty certainty_of(const struct comparison *s, const struc
         c.others = one->effects;
         for (int j = 0; j < one->effects; j++) c.other[j] = one->hypothesis[j].effect;
     }
-    if (c.probability > 1.0) c.probability = 1.0; /* by rounding */
+    if (c.probability > 1.0) c.probability = 1.0; /* rounding can raise the sum above 1 */
     return c;
 }
 

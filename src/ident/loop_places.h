@@ -35,7 +35,7 @@ double loop_places_noise_mps2(const struct loop_places *all, const struct params
 
 double loop_noise_most_mps2(const struct params *params); /* limit of this shaking */
 
-/* True if the worst pole grows, or is not known. */
+/* True if the worst pole is unstable, so that its motion grows, or is not known. */
 bool loop_grows(const struct loop_worst *worst);
 
 #endif

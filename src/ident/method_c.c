@@ -369,9 +369,10 @@ static void attenuate_lags(struct work *w, const struct residual_test *t, int a,
     w->sum->attenuation[SYSTEMATIC + SYSTEMATIC_LAG_REST + leg] -= pull;
 }
 
-/* Adds the attenuation of the compliance c by the noise n of one leg's force, of variance `force`:
- * what n compresses is an acceleration of w^2 n, for which the legs need w^2 L n, L the mass along
- * the legs. The right-hand side has n, less c w^2 L n, because c is undone in it. */
+/* Adds the attenuation of the compliance c by the noise n of one leg's force, whose variance is
+ * `force`. Per unit of c, n compresses the leg by n, which looks like an acceleration of w^2 n. The
+ * column of c therefore has the noise w^2 L n, where L is the mass along the legs. The right-hand
+ * side has the noise n - c w^2 L n, because the compliance found so far is undone there. */
 static void attenuate_compliance(struct work *w, const struct residual_test *t, int a, int leg, double force, const double weighted[LEGS]) {
     double twice = 0.0;
     if (!(w->sum->systematic[SYSTEMATIC_COMPLIANCE] > 0.0)) return;

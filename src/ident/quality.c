@@ -196,8 +196,8 @@ static struct bins_beside take_bins(const struct window *w, const double (*pose)
         double power = square(cabs(a)), far = cabs(a) / square(radps_of(w, bin));
         double moved = square(bin <= 2 * p->periods ? cabs(amplitude(w, pose, p->dof, bin)) : far);
         int order = bin % p->periods ? 0 : bin / p->periods;
-        /* at least half of the tone's frequency; below, the remainder of the ramp-in is large as a
-         * displacement */
+        /* true from half the tone's frequency on; displacements of lower bins do not count, because
+         * the rest of the ramp-in is large there */
         bool above = 2 * bin >= p->periods;
         if (!order && above && bin - p->periods <= wide) r.near += moved, nearby++;
         if (order == 1 || bin > bin_of(w, QUALITY_BAND_HZ)) continue;

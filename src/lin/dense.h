@@ -1,5 +1,5 @@
 /* Symmetric positive definite systems of any size n. Matrices are row-major; `row` is the number of
- * elements from one row to the next. Pure, no heap. */
+ * elements from one row to the next. The functions are pure and use no heap. */
 #ifndef HEXID_DENSE_H
 #define HEXID_DENSE_H
 

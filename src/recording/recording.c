@@ -105,7 +105,8 @@ static enum refusal outside(const struct cycle *c) {
     return kept ? REFUSED_NOT : REFUSED_OUTSIDE;
 }
 
-/* Drops every other block of a test. The first block, which contains the ramp-in, stays. */
+/* Drops every other block of a test. The first block stays; it contains the ramp-in unless that is
+ * longer than a block. */
 static void thin(struct recording_test *t) {
     int kept = 0, first = t->first, end = t->end;
     t->thinned++;

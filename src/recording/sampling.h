@@ -8,7 +8,7 @@ struct sampling {
     double step_s;    /* sampling period (sampling_step_s) */
     double jitter_s;  /* rms deviation of the steps from step_s; gaps do not count */
     int64_t lost;     /* number of samples missing in gaps */
-    double gap_s;     /* longest time between two samples */
+    double gap_s;     /* longest time between two successive samples */
 };
 
 /* Mean period of the samples first <= i < end of a test, s; gaps do not count, however large a part

@@ -223,7 +223,7 @@ void table_numbers(FILE *out, const struct gap_report *report) {
     fputs("<p class=\"small\">overall: root mean square over the channels</p></div></div></section>\n", out);
 }
 
-/* --- base */
+/* --- parameters of the base model */
 
 static void base_row(FILE *out, const struct gap_base_value *b) {
     html_print(out, "<tr><td><code>%s</code>", b->name);

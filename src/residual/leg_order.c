@@ -180,7 +180,7 @@ static void add_test(struct work *w, const struct residual_test *t, double lambd
     }
 }
 
-/* --- orders */
+/* --- share of the force that an order of the legs leaves unexplained */
 
 /* A form is a weighted sum of one quantity of all six legs; a row of a matrix holds its weights.
  * Returns the sum of the products of two forms over all evaluated coefficients (struct work,

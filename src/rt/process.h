@@ -1,9 +1,9 @@
 /* Process start for all subcommands: main() calls it first, so that a program behaves the same
  * whatever state the caller left behind.
  *
- *   descriptors   Closed ones among 0, 1 and 2 are opened on /dev/null in the wrong direction:
- *                 reading or writing them fails, and no file, socket or bus opened later gets their
- *                 number, and with it the output for a terminal.
+ *   descriptors   If 0, 1 or 2 is closed, it is opened on /dev/null in the wrong direction, so
+ *                 that reading or writing it fails. A file, socket or bus opened later could
+ *                 otherwise get its number, and the output for a terminal.
  *   signals       The mask is emptied. SIGPIPE and SIGCHLD get their default actions, so that a
  *                 closed pipe ends a command and gnuplot's status can be fetched. SIGXFSZ is
  *                 ignored, so that a file limit becomes a write error that names the file.
@@ -14,8 +14,8 @@
  *   open files    The soft limit is raised to PROCESS_FILES.
  *   locale        Always "C": setlocale() is never called, LANG and LC_* have no effect. TZ matters
  *                 only for the names of logs.
- *   environment   Variables are removed by which GLib (loaded by liblcm) prints to standard output
- *                 or aborts on a warning. MALLOC_* and LD_* act before main(), at the caller's
+ *   environment   Variables that make GLib (loaded by liblcm) print to standard output, or abort
+ *                 on a warning, are removed. MALLOC_* and LD_* act before main(), at the caller's
  *                 choice; LCM_DEFAULT_URL is not read, because the URL is always given. */
 #ifndef HEXID_PROCESS_H
 #define HEXID_PROCESS_H
