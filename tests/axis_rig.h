@@ -87,7 +87,7 @@ static inline void push(const struct rig *r, const struct tolerances *tol, struc
     double direction = slides > 0.0 ? 1.0 : -1.0;
     double share = b->v / r->stribeck_mps, dry = (direction > 0.0 ? r->coulomb_extend_n : r->coulomb_retract_n);
     dry += r->stribeck_n > 0.0 ? r->stribeck_n * exp(-share * share) : 0.0;
-    dry *= 1.0 + r->along_stroke * sin(2.0 * PI * b->x / 0.03);
+    if (r->along_stroke != 0.0) dry *= 1.0 + r->along_stroke * sin(2.0 * PI * b->x / 0.03);
     dry += r->load_friction * (A1 - A2) * 0.5 * (b->p1 + b->p2);
     double free_n = force_n - m * r->gravity_mps2 - load_n(r, b->x) - (2000.0 * tol->viscous + r->viscous_n_s_per_m) * b->v;
     if (r->seal_m > 0.0) b->seal += STEP_S * (b->v - fabs(b->v) * b->seal) / r->seal_m;
@@ -131,9 +131,24 @@ static inline double position(enum motion motion, double t_s) {
     }
 }
 
-static inline void reference(enum motion motion, double t_s, double ref[3]) {
-    double h = 1e-4, before = position(motion, fmax(t_s - h, 0.0)), at = position(motion, t_s), after = position(motion, t_s + h);
-    ref[0] = at, ref[1] = t_s > h ? (after - before) / (2.0 * h) : 0.0, ref[2] = t_s > h ? (after - 2.0 * at + before) / (h * h) : 0.0;
+/* Difference quotients of a motion's position over this many steps. */
+enum { APART = 5 };
+
+/* Returns the positions of a motion at i STEP_S. All runs of a test program share them. */
+static inline const double *course(enum motion motion) {
+    static double *known[MOTIONS];
+    int count = (int)(ANY_END_S / STEP_S) + APART + 2;
+    if (known[motion]) return known[motion];
+    known[motion] = malloc((size_t)count * sizeof *known[motion]);
+    assert_non_null(known[motion]);
+    for (int i = 0; i < count; i++) known[motion][i] = position(motion, i * STEP_S);
+    return known[motion];
+}
+
+/* Position, velocity and acceleration of a motion at i STEP_S. */
+static inline void reference(const double *course, int i, double ref[3]) {
+    double h = APART * STEP_S, before = course[i > APART ? i - APART : 0], at = course[i], after = course[i + APART];
+    ref[0] = at, ref[1] = i > APART ? (after - before) / (2.0 * h) : 0.0, ref[2] = i > APART ? (after - 2.0 * at + before) / (h * h) : 0.0;
 }
 
 static inline void row(FILE *f, const struct rig *r, const struct body *b, double t_s, double ref_m, double force_n, double u,
@@ -147,13 +162,20 @@ static inline void row(FILE *f, const struct rig *r, const struct body *b, doubl
     fprintf(f, "%.6f,%.7f,%.9f,%.1f,%.1f,%.6f\n", t_s, x, ref_m, p1, p2, u);
 }
 
+static inline double speed(enum motion motion, double t_s) {
+    double h = APART * STEP_S;
+    return t_s > h ? (position(motion, t_s + h) - position(motion, fmax(t_s - h, 0.0))) / (2.0 * h) : 0.0;
+}
+
 static inline bool lost(const struct rig *r, double t_s, uint64_t *dice, int *burst) {
-    double before[3], after[3];
-    reference(r->motion, t_s - 0.5 * r->lost_s, before);
-    reference(r->motion, t_s + 0.5 * r->lost_s, after);
+    bool reverses = false;
+    if (r->lost_s > 0.0) {
+        double from = t_s - 0.5 * r->lost_s, to = t_s + 0.5 * r->lost_s;
+        reverses = speed(r->motion, from) * speed(r->motion, to) < 0.0;
+    }
     if (*burst > 0) *burst -= 1;
     else if (0.5 * (1.0 + random_unit(dice)) < r->lost_share / 3.0) *burst = 3;
-    return before[1] * after[1] < 0.0 || *burst > 0;
+    return reverses || *burst > 0;
 }
 
 /* Draws parameters that differ from the model's by up to 0.9 of the tolerance, either way. */
@@ -169,6 +191,7 @@ static inline void run_rig(const struct rig *r, uint64_t seed, const char *path)
     struct tolerances tol = draw(&state);
     struct body b = {.p1 = 4e6, .p2 = 4e6 * A1 / A2};
     double u = 0.0, ref[3], force_n = 0.0, lagging_n = 0.0, follows = -expm1(-STEP_S / fmax(r->force_lag_s, 1e-9));
+    const double *motion = course(r->motion);
     FILE *f = fopen(path, "w");
     assert_non_null(f);
     b.p2 = (b.p1 * A1 - MASS_KG * r->gravity_mps2) / A2;
@@ -176,7 +199,7 @@ static inline void run_rig(const struct rig *r, uint64_t seed, const char *path)
             r->electric ? "t_s,position_m,force_n" : "t_s,position_m,ref_m,p1_pa,p2_pa,u");
     int every = (int)lround(1.0 / r->rate_hz / STEP_S);
     for (int i = 0; i * STEP_S < (r->motion == SINE ? END_S : ANY_END_S); i++) {
-        reference(r->motion, i * STEP_S, ref);
+        reference(motion, i, ref);
         if (r->electric) force_n = 2e6 * (ref[0] - b.x) + 3e4 * (ref[1] - b.v) + MASS_KG * ref[2] + 2000.0 * ref[1];
         lagging_n += follows * (force_n - lagging_n);
         if (i % every == 0) {
