@@ -386,7 +386,7 @@ $(RIG_BUILD)/venv/ready: tests/rig/requirements.txt | deps-test
 	@touch $@
 $(RIG_BUILD)/%.o: tests/rig/%.cpp $(wildcard tests/rig/*.hpp) tests/rig/bridge.h $(RIG_BUILD)/venv/ready
 	@echo c++ $<
-	$(Q)$(CXX) -std=c++17 -O2 -DNDEBUG -Wall -Wextra -Wshadow -DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS \
+	$(Q)$(CXX) -std=c++17 -O3 -DNDEBUG -Wall -Wextra -Wshadow -DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS \
 		$(addprefix -isystem ,$(wildcard $(RIG_BUILD)/venv/lib/python3*/site-packages/cmeel.prefix/include) /usr/include/eigen3) -c $< -o $@
 $(RIG_BUILD)/rig: $(patsubst %.cpp,$(BUILD)/%.o,$(filter-out tests/rig/bridge.cpp,$(wildcard tests/rig/*.cpp)))
 	@echo link $@

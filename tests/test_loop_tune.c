@@ -268,6 +268,7 @@ static void a_heavy_platform_with_the_default_gains_gets_its_own(void **unused) 
 static void what_limits_a_loop_is_named(void **unused) {
     (void)unused;
     slow_sweep();
+    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     static const struct {
         const char *setting;
         enum loop_part limit;

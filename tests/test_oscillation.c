@@ -271,14 +271,14 @@ static const struct gain gains[] = {
 };
 enum { GAINS = sizeof gains / sizeof *gains, KD = 4 };
 
-/* Gains per decade: one on the default machine, or in `make test-long` eight on each machine. Gains
+/* Gains per decade: one on the default machine, or in `make test-long` five on each machine. Gains
  * that `hexid run` refuses are skipped. From its stops the machine rises; from neutral its
  * test comes sooner. */
 static void no_gain_shakes_a_machine_for_half_a_second(void **unused) {
     (void)unused;
     slow_sweep();
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
-    int runs = 0, refused = 0, stopped = 0, steps = more_cases() ? 8 : 1;
+    int runs = 0, refused = 0, stopped = 0, steps = more_cases() ? 5 : 1;
     for (int m = 0; m < (more_cases() ? MACHINES : 1); m++)
         for (int g = 0; g < GAINS; g++)
             for (int k = g == KD ? -3 * steps : -steps; k <= (g == KD ? 0 : 3 * steps); k++) {
