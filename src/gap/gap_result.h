@@ -6,7 +6,7 @@
 
 #include "params.h"
 
-enum { GAP_EFFECTS = 4, GAP_PLACES = 12, GAP_BASE = 128, GAP_TEXT = 1024, GAP_RIVALS = 8, GAP_WORDS = 80, GAP_STATEMENTS = 6 };
+enum { GAP_EFFECTS = 4, GAP_PLACES = 12, GAP_BASE = 128, GAP_TEXT = 2048, GAP_RIVALS = 8, GAP_WORDS = 80, GAP_STATEMENTS = 6 };
 
 /* Least probability of what a verdict says. */
 #define GAP_SURE 0.95

@@ -1,5 +1,5 @@
-/* The verdict on the result of the search: effect named, ambiguous, unknown effect, or no gap.
- * Pure. */
+/* The verdict on the result of the search: effect named, partly named, ambiguous, unknown
+ * effect, or no gap. Pure. */
 #ifndef HEXID_JUDGE_H
 #define HEXID_JUDGE_H
 

@@ -37,7 +37,7 @@ const struct refusal_row refusals[REFUSALS] = {
         "nothing where it was broken off; else the column `phase` is not that of this test: leave it out and import again"},
     [REFUSED_INCOMPLETE] = {"incomplete", "test", "not complete: less than 99.9 % of the evaluated part was seen",
         "run it again, or state the `tests.duration_s` that was recorded"},
-    [REFUSED_UNDETERMINED] = {"undetermined", "test", "the samples that are used do not determine amplitude and phase",
+    [REFUSED_UNDETERMINED] = {"undetermined", "test, cycle", "the samples that are used do not determine amplitude and phase",
         "look what excludes the samples"},
 };
 /* clang-format on */

@@ -20,7 +20,8 @@ enum refusal {
     /* for segments of any motion, or cycles of a sinusoid */
     REFUSED_GAP, REFUSED_TURN, REFUSED_REST, REFUSED_NOISE,
     /* for tests */
-    REFUSED_EMPTY, REFUSED_INCOMPLETE, REFUSED_UNDETERMINED,
+    REFUSED_EMPTY, REFUSED_INCOMPLETE,
+    REFUSED_UNDETERMINED, /* for tests and cycles */
     REFUSALS
 };
 /* clang-format on */
