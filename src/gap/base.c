@@ -46,10 +46,12 @@ static const double NULL_TOLERANCE = 0.005; /* accuracy to which makers adjust a
                                              * share of full opening */
 static const double SENSOR_MOST = 3.0; /* largest error of a sensor that is no finding, in standard
                                         * deviations of its prior */
-/* Steps of difference quotients, as shares of a variable's largest deviation: about as wide as what
- * the data leave open. Friction that holds a leg follows the balance of forces no further than its
- * limit, so a wider step of a pressure's zero has another slope. Rods that knock in their joints do
- * so at other instants after any step, so a narrower step has none. */
+/* Steps of difference quotients, as shares of a variable's largest deviation: about as large as the
+ * uncertainty that the data leave. ERROR_STEP is for errors of sensors, ZERO_STEP for pressure
+ * sensors' zeros. Friction that holds a leg follows the balance of forces only up to its own limit,
+ * so a larger step of a zero passes this limit and gives another slope. Rods with play in their
+ * joints knock at other instants after any step, so a smaller step is dominated by these jumps and
+ * gives no slope. */
 static const double STEP = 0.1, ERROR_STEP = 7e-3, ZERO_STEP = 2e-3;
 static const double OFFSET_MOST_N = 1e6;
 static const double FORCE_LAG_S = 1e-3; /* largest error of the force sensor's stated lag, as large
@@ -76,9 +78,9 @@ static struct variable effect_variable(const struct params *model, const struct 
                              .equations = EQUATIONS_FORCE};
 }
 
-/* Lists the errors of the sensors. Their priors are those of `hexid identify`, and a deviation
- * beyond SENSOR_MOST standard deviations is not within the tolerance. Lags and pipes are never
- * below zero, because the series cannot undo a sensor that is ahead. */
+/* Lists the errors of the sensors. Their priors are those of `hexid identify`, and their ranges end
+ * at SENSOR_MOST standard deviations. Errors of lags and pipes are not negative, because no gauge
+ * is ahead of its chamber. */
 static int sensor_variables(const struct params *model, bool pressures, struct variable *v) {
     double std[SYSTEMATICS];
     int n = 0, first;
@@ -104,7 +106,7 @@ static int sensor_variables(const struct params *model, bool pressures, struct v
     return n;
 }
 
-/* Lists the zeros of the pressures. */
+/* Lists the zero errors of the pressure sensors. */
 static int zero_variables(const struct params *model, struct variable *v) {
     double std = model->model.tolerance.pressure_zero * model->sensors.pressure_full_scale_pa;
     int n = 0;

@@ -1,6 +1,6 @@
-/* Uncertainty of the base model: which of its parameters may be wrong, and by how much at most. The
- * list contains parameters with a tolerance in model.tolerance, and others that no configuration
- * states exactly. A deviation within these limits is never a finding. */
+/* Base variables: the parameters of the base model that may be wrong, and by how much at most. They
+ * are the parameters with a tolerance in model.tolerance, and others whose exact values no
+ * configuration can state. A deviation within these tolerances is never a finding. */
 #ifndef HEXID_BASE_H
 #define HEXID_BASE_H
 

@@ -56,7 +56,8 @@ static void keep_sizes(struct gap_result *r, const struct replay_sizes *used, co
 }
 
 /* Comparison of the models with recordings. used: cycles on which effects were searched. held: all
- * cycles of the validation log, whose tests may differ; without such a log, the held-out cycles. */
+ * cycles of the validation log, which may contain other tests; without such a log, the held-out
+ * cycles. */
 struct comparison {
     const struct gap_result *r;
     struct side {

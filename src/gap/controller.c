@@ -32,9 +32,8 @@ static double variance_sum(const struct moments *m) {
     return sum < 0.0 ? 0.0 : sum;
 }
 
-/* Moments over a stretch of samples without a gap, in which the integrator's unknown initial
- * value adds one constant for each leg. off: recorded less recomputed commands; all: recorded
- * commands. */
+/* Moments over a stretch without lost samples, in which the integrator's unknown initial value adds
+ * one constant for each leg. off: recorded less recomputed commands; all: recorded commands. */
 struct stretch {
     struct moments off[LEGS], all[LEGS];
 };
@@ -46,7 +45,7 @@ static void add_stretch(const struct stretch *s, double *difference, double *who
 /* Largest difference of a recorded reference from the test's formula, m and rad. */
 static const double SAME_POSE = 1e-9;
 
-/* The configured controller, of either law. */
+/* The configured controller, with the control law `pid` or `model`. */
 struct driver {
     struct params params;       /* configuration with the tests of the recorded run */
     const struct kinematics *kinematics;
@@ -71,8 +70,9 @@ static bool driver_init(struct driver *d, const struct params *p, const struct k
     return true;
 }
 
-/* Starts the filters at this sample, as if the law had commanded the valves before. The
- * integrator's unknown value is a constant in all commands. */
+/* Starts the filters at this sample, as if the controller had sent the sample's valve commands
+ * until now. The integrator's true value is unknown; its error adds a constant to all later
+ * commands. */
 static void driver_begin(struct driver *d, const struct recording_sample *s, const double ref_m[LEGS], const double force_n[LEGS]) {
     double seen_m[LEGS];
     modal_lengths(&d->modal, ref_m, s->length_m, seen_m);

@@ -5,10 +5,12 @@
 
 #include "memory.h"
 
-/* A law that is slightly wrong asks for another factor in each test, too, because the tests differ
- * in speed: a Stribeck friction of another exponent for factors that differ by 15 %. */
-static const double RATIO = 1.2;  /* least ratio of two tests' factors that is told */
-static const double SIGMAS = 6.0; /* least difference, in its standard deviations, that is told */
+/* Factors differ between tests even if the friction is constant, because the error of a law that is
+ * slightly wrong depends on the test's speed. A Stribeck friction with a wrong exponent gives
+ * factors that differ by 15 %. */
+static const double RATIO = 1.2;  /* least ratio of two tests' factors that is reported */
+static const double SIGMAS = 6.0; /* least difference of two factors, in its standard deviations,
+                                   * that is reported */
 
 /* Sums over the rows of a test: squares of the change that the friction makes and of the residual,
  * their product, and the number of values. */
@@ -16,7 +18,7 @@ struct sums {
     double square, product, white, values;
 };
 
-/* Factor on the friction that leaves least in a test. */
+/* Factor on the friction with which a test's sum of squared residuals is least. */
 static double factor(const struct sums *s) { return 1.0 - s->product / s->square; }
 
 static double factor_std(const struct sums *s) { return sqrt(fmax(s->white / s->values, 1.0) / s->square); }
@@ -33,8 +35,9 @@ static void add_rows(const struct diagnosis *d, const double *change, const doub
     }
 }
 
-/* Finds the two steady tests whose factors have the largest ratio, of those that clearly differ. A
- * factor counts as at least its standard deviation, so that the ratio is at least what is told. */
+/* Finds the two steady tests whose factors have the largest ratio, among pairs that clearly differ.
+ * The smaller factor is taken to be at least its standard deviation; the reported ratio is then a
+ * lower bound. */
 static struct gap_course compare(const struct sums sum[RECORDING_TESTS], const struct recording *recording) {
     struct gap_course course = {0};
     for (int i = 0; i < recording->tests; i++)
@@ -50,8 +53,8 @@ static struct gap_course compare(const struct sums sum[RECORDING_TESTS], const s
     return course;
 }
 
-/* True for a friction whose strength is not negative. A viscous one is only what is added to the
- * stated one. */
+/* True for a friction whose strength cannot be negative. The strength of viscous friction can,
+ * because it is a difference from the configured viscous friction. */
 static bool is_dry(const struct effect *e) { return e->leg_friction && e->keys[0].min >= 0.0; }
 
 struct gap_course course_find(const struct diagnosis *d, const struct recording *recording) {

@@ -27,8 +27,8 @@ struct covariance {
     int values, features;
     bool *evaluated;    /* [values] */
     double *spread;     /* [values]: variances of the spread, at size 1 */
-    double *law, *least; /* [values]: variance that a law error of 1 would add; variance that the
-                          * effects' own law_error adds */
+    double *law, *least; /* [values]. law: variance that a law error of 1 would add. least: variance
+                          * that the effects' own law_error adds */
     double *feature;    /* [features][values]: functions of position and speed that make up the
                          * remainder's part `repeats`; if the size of this part is 1, the weight of
                          * each function has a standard deviation of 1 */

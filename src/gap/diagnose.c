@@ -20,7 +20,8 @@ double diagnosis_held_square(const struct diagnosis *d, const struct params *mod
     return square;
 }
 
-/* Lists, for each variable, its column of another model; NULL: that model lacks the variable. */
+/* Lists the column of each base variable that another model has as well; NULL for all other
+ * variables. */
 static void find_known(const struct diagnosis *d, const struct diagnosis *other, const double *known[FIT_VARIABLES]) {
     for (int i = 0; i < d->variables; i++) {
         const struct variable *v = &d->variable[i];
@@ -38,9 +39,9 @@ static void list_hypotheses(struct diagnosis *d) {
 }
 
 /* Fits all variables of the model, and updates columns, squares and hypotheses. from: a model that
- * was fitted before, or NULL. On a platform, where a set of columns takes long, its columns serve
- * the first steps, unless the whiteners are new. Returns false if the model cannot make the
- * measured motion. */
+ * was fitted before, or NULL. On a platform, where computing a set of columns takes long, the first
+ * steps use the columns of `from`, unless its whiteners were others. Returns false if the model
+ * cannot make the measured motion. */
 static bool refit(struct diagnosis *d, const struct diagnosis *from) {
     const double *known[FIT_VARIABLES];
     if (from && !from->whitened_anew && params_legs(d->given) > 1) {

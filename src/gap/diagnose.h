@@ -42,11 +42,12 @@ struct diagnosis {
 int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, int threads, struct error *error);
 void diagnosis_free(struct diagnosis *d);
 
-/* Estimates the values to report. During the search the base, but for the sensors' errors, moves
- * freely within its limits. Here each base variable gets a prior about its stated value, with the
- * standard deviation of a uniform distribution over its limits, so that the effects get whatever
- * they and the base explain equally well. If the residuals show less noise than assumed, these
- * priors are widened in proportion, because the white residuals then have too little weight. */
+/* Estimates the values to report. During the search the base variables, except for the sensors'
+ * errors, move freely between their bounds. Here each of them gets a prior about its stated value,
+ * with the standard deviation of a uniform distribution between the bounds, so that what an effect
+ * and the base explain equally well goes to the effect. If the residuals show less noise than
+ * assumed, these priors are widened in proportion, because the white residuals then have too little
+ * weight. */
 void diagnosis_estimate(struct diagnosis *d);
 
 /* Sum of squared white residuals on the held-out cycles; INFINITY if the model cannot make the

@@ -20,9 +20,10 @@ static void compress(const struct covariance *c, const double *from, const doubl
         if (c->evaluated[i]) to[n++] = from[i] * (scale ? sqrt(scale[i]) : 1.0);
 }
 
-/* 1 / standard deviation of a normal distribution whose highest density equals the prior's density
- * at this value. The prior of the value's reciprocal, such as a lag, is half a normal distribution,
- * three times as wide as the typical size, because such constants do not grow with the machine. */
+/* 1 / standard deviation of a normal distribution whose highest density equals the density of the
+ * value's prior at this value. The prior is half a normal distribution of the reciprocal, which is
+ * a lag, for instance. Its standard deviation is three times the reciprocal's typical size, also on
+ * a small machine, because such constants do not grow with the machine. */
 static double reciprocal_density(const struct effect_key *k, double value) {
     double wide = 3.0 * fabs(1.0 / k->typical - 1.0 / k->neutral), off = (1.0 / value - 1.0 / k->neutral) / wide;
     return 2.0 * exp(-0.5 * off * off) / (wide * value * value);
@@ -65,9 +66,9 @@ void linearised_free(struct linearised *l) {
     held_free(&l->held);
 }
 
-/* Columns of the values and of the covariance's features, each for one standard deviation of its
- * prior, and the residuals. Both are divided by the standard deviation of noise and remainder
- * together. */
+/* The linear least-squares problem. column: columns of the model's variables, then of the
+ * covariance's features, each for a change by one standard deviation of its prior. white:
+ * residuals. Both are divided by the standard deviation of noise and remainder together. */
 struct problem {
     int n, rows;
     double *column, *white, log_variance;
@@ -96,8 +97,9 @@ static void state(const struct linearised *l, const struct covariance *c, const 
     free(weight);
 }
 
-/* A quadratic form 1/2 x' h x + g' x of values in ranges. target: where it is least if the values
- * at an end of their range stay there. end: -1, 1: the value is at this end; 0: it is free. */
+/* A quadratic form 1/2 x' h x + g' x, and ranges of the values x. target: minimum of the form over
+ * the free values, while the others stay at the ends of their ranges. end: -1, 1: the value is at
+ * the lower or upper end; 0: it is free. */
 struct bounded {
     int n;
     const double *h, *g, *least, *most;
@@ -155,7 +157,6 @@ static void move(const struct bounded *p) {
     p->end[first] = low ? -1 : 1, p->x[first] = low ? p->least[first] : p->most[first];
 }
 
-/* True if the target is within all ranges. */
 static bool in_range(const struct bounded *p) {
     bool in = true;
     for (int i = 0; i < p->n; i++) in = in && p->target[i] >= p->least[i] && p->target[i] <= p->most[i];
@@ -175,8 +176,8 @@ static bool release(const struct bounded *p) {
     return which >= 0;
 }
 
-/* Finds the x within their ranges for which 1/2 x' h x + g' x is least (primal active set). No
- * round raises it, from x = 0 on. */
+/* Minimises 1/2 x' h x + g' x over x within its ranges by a primal active set. Each x starts at 0,
+ * or at the end of its range nearest to 0, and no round raises the form. */
 static void solve(const struct linearised *l, int n, const double *h, const double *g, double *x) {
     double *work = memory_get((size_t)(n * (n + 3)), sizeof *work);
     struct bounded p = {
@@ -220,8 +221,8 @@ double evidence_of(const struct linearised *l, const struct covariance *c, const
     memcpy(factor, h, (size_t)(n * n) * sizeof *h);
     for (int i = 0; i < l->variables; i++)
         if (l->uniform[i])
-            factor[i * n + i] += 1.0; /* noise may leave a value open, but its uniform prior limits
-                                       * it */
+            factor[i * n + i] += 1.0; /* the data may leave a value undetermined; its uniform prior
+                                       * still bounds it */
     solve(l, n, h, g, x);
     for (int i = 0; i < n; i++) sum += x[i] * (2.0 * g[i] + dense_dot(n, h + i * n, x));
     bool definite = dense_factor(n, n, factor);

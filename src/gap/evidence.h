@@ -30,8 +30,9 @@ void linearised_free(struct linearised *l);
 
 /* Returns the log evidence of a model under a covariance, without a constant that all models share.
  * change: [variables], set to the most probable changes of the values. std: [variables], set to
- * their standard deviations; it is left unchanged if there are fewer rows than values and features
- * of the covariance together. Either may be NULL. */
+ * their standard deviations; it is left unchanged if there are fewer rows than variables and
+ * features of the covariance together, or if the normal equations are singular. Either may be
+ * NULL. */
 double evidence_of(const struct linearised *l, const struct covariance *c, const struct covariance_size *size, double *change, double *std);
 
 #endif

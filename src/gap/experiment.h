@@ -20,7 +20,7 @@ bool experiment_is_known(const struct effect *a, const struct effect *b);
 void experiment_from_parameter(const struct mechanism *mechanism, const struct effect *effect, const char *parameter, char text[GAP_TEXT]);
 
 /* Writes the experiment that tells a mass or a spring from a part that moves by itself, after tests
- * with one frequency an axis. hz: the lowest of them. */
+ * with one frequency for each axis. hz: the lowest of these frequencies. */
 void experiment_other_frequency(const struct mechanism *mechanism, double hz, char text[GAP_TEXT]);
 
 /* Experiment for a friction that is not the same in each test. */

@@ -20,9 +20,9 @@ static const double ENOUGH = 1e-4; /* a fit ends when a step lowers the sum of s
                                     * this share */
 static const double PROMISE = 0.5; /* columns are kept for the next step if this one lowered the sum
                                     * of squares by at least this share of the prediction */
-static const double HOLDS = 1e-3;  /* columns hold where the sum of squares differs by less than
-                                    * this share from the one where they were computed. They are
-                                    * then off by some hundredths at most */
+static const double HOLDS = 1e-3;  /* columns hold as long as the sum of squares has fallen by less
+                                    * than this share since they were computed; they are then wrong
+                                    * by a few hundredths at most */
 
 void variable_set(const struct variable *v, struct params *params, double value) {
     double *place = (double *)(void *)((char *)params + v->offset);
@@ -405,8 +405,8 @@ static void swap(double **a, double **b) {
     *a = *b, *b = first;
 }
 
-/* Moves the model by x. Returns false if the sum of squares does not fall: then only s->linear->x
- * is that of the step that was tried. */
+/* Moves the model by x. Returns false if the sum of squares does not fall: then nothing has changed
+ * but s->linear->x, which belongs to the rejected step. */
 static bool move(struct descent *s, const double *x) {
     struct params moved = *s->model;
     for (int i = 0; i < s->variables; i++) variable_set(&s->v[i], &moved, variable_get(&s->v[i], s->model) + x[i]);
@@ -467,7 +467,8 @@ static bool descend(struct descent *s, const struct step *p, bool damp, double *
     return true;
 }
 
-/* Sets up the step from the model. column: those of all variables, the linear part's last. */
+/* Sets up the step from the model. column: columns of all variables, those of the linear part
+ * last. */
 static void set_up(const struct descent *s, const double *const *column, struct step *p) {
     const struct linear_part *linear = s->linear;
     p->moved = s->variables, p->n = p->moved + (linear ? linear->n : 0);
@@ -486,7 +487,7 @@ static void set_up(const struct descent *s, const double *const *column, struct 
 struct jacobian {
     const double *column[COLUMNS_MAX];
     double *own;     /* room for the columns that are not known beforehand */
-    double square;   /* sum of squares where the base's were computed */
+    double square;   /* sum of squares of the model for which the base's columns were computed */
 };
 
 /* Computes the columns that are not known; keep: those of the base are kept. */
@@ -516,11 +517,12 @@ static bool plan(const struct descent *s, const struct jacobian *j, struct step 
     return true;
 }
 
-/* Moves the model to the least sum of squares, with at most this many sets of columns. Without a
- * linear part the base's are kept as long as they hold, or predict the steps well: its variables
- * change the residuals almost in proportion, and its columns take as long as a hundred steps. Kept
- * columns end the fit only if they promise little. The last set serves one step. Returns false if
- * the columns cannot be computed. */
+/* Moves the model to the least sum of squares, computing the columns of all variables at most
+ * `sets` times. Without a linear part the base's columns are kept for further steps as long as they
+ * hold or predict the steps well: the residuals are almost linear in the base's variables, and
+ * computing their columns takes as long as a hundred steps. The base's columns computed last serve
+ * one step only. With kept columns the fit ends only if they hold and predict little further gain.
+ * Returns false if the columns cannot be computed. */
 static bool fit_steps(struct descent *s, const double *const *known, int sets, struct jacobian *j, struct fit_result *result) {
     double x[COLUMNS_MAX];
     struct step *step = memory_get(1, sizeof *step);
@@ -540,7 +542,8 @@ static bool fit_steps(struct descent *s, const double *const *known, int sets, s
     return ok;
 }
 
-/* Computes the columns of the result, and the standard deviations by them, unless they hold. */
+/* Computes the columns at the result, and the standard deviations from them, unless the present
+ * columns hold there. */
 static bool finish(const struct descent *s, const double *const *known, struct jacobian *j, struct fit_result *result) {
     double x[COLUMNS_MAX];
     if (holds(s, j)) return true;

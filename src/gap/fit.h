@@ -1,8 +1,8 @@
 /* Fits model parameters to white residuals inside a box, by Gauss-Newton steps that are damped
  * until they improve the fit. An active set keeps variables at the bounds of the box. During the
- * search only the errors of sensors, and variables that are PARALLEL_DRAWN (hypothesis.h), have a
- * prior in the base, so that no other prior decides for or against an effect. Ordinary threads;
- * heap. */
+ * search the only base variables with a prior are the errors of sensors and those that are
+ * PARALLEL_DRAWN (hypothesis.h), so that no other prior decides for or against an effect. Ordinary
+ * threads; heap. */
 #ifndef HEXID_FIT_H
 #define HEXID_FIT_H
 
@@ -94,16 +94,16 @@ struct fit_result {
  * of the model without the hypothesis. */
 struct linear_part {
     int n;
-    const double *raw;                  /* raw residuals of the model from which x counts; only the
-                                         * fit's own variables have other values in the fitted
-                                         * model */
+    const double *raw;                  /* raw residuals of the model at x = 0, which differs from
+                                         * the fitted model only in the values of the fit's own
+                                         * variables */
     const double *column;               /* [n][values]: Jacobian of the white residuals */
     const double *gram;        /* [n][n]: from fit_gram, plus a ridge that limits x and counts in
                                 * the sum of squares */
     const double *min, *max;
     const struct fit_prior *prior;
-    double *x;                          /* [n]: start of the solution and result, change of the
-                                         * variables from the model */
+    double *x;                          /* [n]: changes of the variables from that model; on entry
+                                         * the start of the solution, then the result */
     double worth;             /* least predicted gain, in squared white residuals, for which another
                                * step is taken */
 };
@@ -122,11 +122,11 @@ double fit_share(const struct fit_data *d, const double *white, const double *ch
 
 /* Fits the variables, starting from `model`, which receives the result. known: columns that stay
  * constant; NULL: all columns are computed. raw: raw residuals at the start, if they are known.
- * sets: most sets of columns. The base's serve several steps, but for the last set and beside a
- * linear part.
- * column: [variables][values], set to the columns that are not known, at the result or so near it
- * that they hold there; result.ok is false if they cannot be computed. known, linear, raw and
- * column may be NULL. */
+ * sets: largest number of times that the columns of all variables are computed for steps. Without a
+ * linear part, the base's columns may serve several steps, except those computed last. column:
+ * [variables][values], set to the columns that are not known, at the result or so near it that they
+ * hold there; result.ok is false if they cannot be computed. known, linear, raw and column may be
+ * NULL. */
 struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v,
                             const double *const *known, const struct linear_part *linear, const double *raw, int sets, double *column);
 

@@ -94,10 +94,10 @@ static double least_z(const struct gap_result *r) {
     return least;
 }
 
-/* True if the result of the sets replaces that of the search. Sets that only add effects must leave
- * less, with a z of at least Z_NAMED for each effect. Sets that add none must be ambiguous. In this
- * case, and if both name different effects, both results must leave no more than noise, so that
- * evidence decides. */
+/* True if the result of the sets replaces that of the search. If the sets only add effects, they
+ * must leave a smaller residual, with a z of at least Z_NAMED for each effect. If they add none,
+ * they must be ambiguous. In this case, and if both results have effects that the other lacks, both
+ * must leave no more than noise, so that evidence decides. */
 static bool differs(const struct gap_result *search, const struct gap_result *sets) {
     bool noise = search->white_after < LEFT_WHITE && sets->white_after < LEFT_WHITE;
     if (includes(search, sets)) return sets->ambiguous && noise;
@@ -105,9 +105,10 @@ static bool differs(const struct gap_result *search, const struct gap_result *se
     return noise;
 }
 
-/* True if the result of the sets replaces an unknown effect: always with one leg; on six if the
- * sets leave more than noise and errors of the laws, which the search does not name, or if fewer
- * effects of empirical laws do what took the search more. */
+/* True if the result of the sets replaces an unknown effect. With one leg it always does. With six
+ * legs it does if the sets leave more than noise and errors of the laws, so that judge() cannot
+ * name their effects but judge_partly() may, or if they explain the gap by fewer effects than the
+ * search, all of them with empirical laws. */
 static bool instead_of_unknown(const struct gap_result *search, const struct gap_result *sets, const struct remainder *m) {
     bool fewer = sets->effects < search->effects && statements_empirical(sets);
     return params_legs(&search->model) == 1 || m->beyond_laws > 1.0 || fewer;
@@ -134,7 +135,8 @@ static struct gap_result *copy_for_others(const struct gap_result *r) {
 }
 
 /* Compares the models and judges again with the effects of another result, which the diagnosis has
- * now. If they are named, at least partly, that becomes the result; `named` says so. */
+ * now. If these effects are named, at least partly, the other result replaces *r, and *named is
+ * true. */
 static int judge_again(struct inquiry *q, struct gap_result *other, struct gap_result *r, bool *named, struct error *error) {
     struct replay runs[2] = {{0}};
     struct remainder remainder = q->remainder;
@@ -175,8 +177,8 @@ static int review(struct inquiry *q, struct gap_result *r, struct error *error) 
     return status;
 }
 
-/* Makes the certainty of simpler effects, which are not named, that of the search's result, which
- * they contradict. */
+/* Turns the certainty of simpler effects that are not named into the certainty of the search's
+ * result, which contradicts them. */
 static void contradict(const struct gap_result *simpler, struct gap_certainty *c) {
     c->other_probability = c->probability, c->probability = 1.0 - c->probability;
     c->others = simpler->effects < GAP_EFFECTS ? simpler->effects : GAP_EFFECTS;
@@ -197,7 +199,8 @@ static int weigh(struct inquiry *q, struct gap_result *r, struct error *error) {
     return status;
 }
 
-/* True if both recordings have each axis at one frequency, within a tenth. */
+/* True if all tests of both recordings are steady sinusoids, and each axis that both move has the
+ * same frequency in all of them, within a tenth. */
 static bool one_frequency(const struct recording *a, const struct recording *b) {
     for (int i = 0; i < a->tests; i++)
         for (int j = 0; j < b->tests; j++) {
@@ -208,8 +211,8 @@ static bool one_frequency(const struct recording *a, const struct recording *b) 
     return true;
 }
 
-/* Returns the lowest frequency of the tests if each axis has one, in the validation log, too;
- * otherwise 0. */
+/* Returns the lowest frequency of the measured tests if each axis has one frequency, the same in
+ * the validation log; otherwise 0. */
 static double one_hz(const struct recording *measured, const struct recording *validate) {
     double lowest = HUGE_VAL;
     if (!one_frequency(measured, measured) || (validate && !one_frequency(measured, validate))) return 0.0;

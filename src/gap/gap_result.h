@@ -8,7 +8,7 @@
 
 enum { GAP_EFFECTS = 4, GAP_PLACES = 12, GAP_BASE = 128, GAP_TEXT = 2048, GAP_RIVALS = 8, GAP_WORDS = 80, GAP_STATEMENTS = 6 };
 
-/* Least probability of what a verdict says. */
+/* Least probability with which a statement or a verdict is sure. */
 #define GAP_SURE 0.95
 
 enum gap_verdict { GAP_EFFECT_NAMED, GAP_NO_GAP, GAP_AMBIGUOUS, GAP_UNKNOWN_EFFECT, GAP_PARTLY_NAMED, GAP_VERDICTS };
@@ -125,10 +125,11 @@ struct gap_tone {
 
 /* Dry friction that is not the same in each test, as that of seals that warm up. */
 struct gap_course {
-    int frictions, effect; /* number of frictions among the effects, and the last of them */
+    int frictions, effect; /* frictions: number of dry frictions among the effects; effect: the last
+                            * of them */
     double ratio;          /* how many times as large the friction is in one test as in another; 0:
                             * it does not clearly change */
-    bool at_least;         /* the ratio is at least this */
+    bool at_least;         /* `ratio` is only a lower bound of the true ratio */
     struct {
         int test;
         enum dof dof;
@@ -157,8 +158,8 @@ struct gap_result {
     int ambiguous;                        /* number of effects that the data cannot distinguish from
                                            * effect[in_doubt]; ambiguous_with: their indices in
                                            * effect_table */
-    bool ambiguous_together;              /* only all of them together look like it; false: each
-                                           * does */
+    bool ambiguous_together;              /* only all of them together look like effect[in_doubt];
+                                           * false: each one does */
     int in_doubt;
     int ambiguous_with[GAP_RIVALS];
     bool offset_rival;                    /* a dry friction among the effects may also be a

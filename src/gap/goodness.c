@@ -56,8 +56,8 @@ double goodness_law_error(const struct diagnosis *d) {
  * (Student's t). 0 cycles: the variance comes from all samples. */
 static double student(int cycles) { return !cycles ? 1.0 : cycles > 3 ? (cycles - 1.0) / (cycles - 3.0) : FEW_CYCLES; }
 
-/* Largest weighted sum of squared white residuals that noise gives. weights, squares: sums of the
- * weights and of their squares. */
+/* Largest weighted sum of squared white residuals that noise gives. weights, squares: sums over the
+ * values of weight times variance of the noise, and of the square of this product. */
 static double noise_at_most(double weights, double squares) { return NOISE_SQUARE * weights + SCATTER * sqrt(2.0 * squares); }
 
 double goodness_noise(const struct diagnosis *d) {
@@ -70,7 +70,7 @@ double goodness_noise(const struct diagnosis *d) {
 }
 
 /* Weighted sum of squared white residuals, divided by the most that noise and laws explain. Each
- * value's weight is its inverse variance, error of the laws included, to this power. */
+ * value's weight is its inverse variance, error of the laws included, raised to `power`. */
 static double weigh(int rows, const double *white, const double *noise, const double *law, double power) {
     double left = 0.0, laws = 0.0, sum = 0.0, squares = 0.0;
     for (int i = 0; i < rows; i++) {

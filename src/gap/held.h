@@ -18,19 +18,20 @@ struct held_rows {
 struct held {
     int places;
     struct held_rows *place;
-    int *coefficient; /* [rows]: coefficient of each evaluated row in these places */
-    double *per_n;    /* [rows]: change of the row with that coefficient of the force, in units of
-                       * the noise, 1/N */
+    int *coefficient; /* [rows]: index of the coefficient that each evaluated row belongs to */
+    double *per_n;    /* [rows]: derivative of the row, in units of the noise, with respect to that
+                       * coefficient of the force, 1/N */
 };
 
-/* Finds the legs that may be held by the model of a diagnosis. variance: [values], the variances
- * that its whiteners assume, relative to those of the noise. */
+/* Finds the legs that friction may hold, according to the model of a diagnosis. rows: number of
+ * evaluated values. variance: [values], the variances that its whiteners assume, relative to those
+ * of the noise. */
 void held_init(struct held *h, const struct diagnosis *d, const struct covariance *c, int rows, const double *variance);
 void held_free(struct held *h);
 
-/* Computes white residuals and columns of the diagnosis with the friction of sliding legs
- * everywhere: the friction of a leg that may be held is uncertain, but it does not follow the
- * balance of forces. */
+/* Computes white residuals and columns of the diagnosis as if all legs slid. The friction of a leg
+ * that may be held then does not follow the balance of forces; held_whiten() adds its
+ * uncertainty. */
 void held_residuals(const struct diagnosis *d, double *white, double *column);
 
 /* Adds the uncertain friction to the covariance of white residuals and columns, [columns][rows],

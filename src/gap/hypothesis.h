@@ -37,7 +37,7 @@ enum parallel { PARALLEL_NOT, PARALLEL_DRAWN, PARALLEL_SAME };
 enum parallel hypothesis_parallel(const struct hypothesis *h, const struct variable *base);
 
 /* Gives a friction one value for both directions, for a machine with an unknown constant force.
- * Returns false if the effect has no pair of directions, or if the legs are not all alike. */
+ * Returns false if the effect has no pair of directions, or if the pattern is not PATTERN_ALL. */
 bool hypothesis_make_symmetric(struct hypothesis *h);
 
 /* True if the strength of a friction is a force. A dry friction that is stronger in one direction

@@ -54,7 +54,6 @@ static void append(struct gap_result *r, const char *text) {
     snprintf(r->reason + used, sizeof r->reason - used, "%s", text);
 }
 
-/* Appends the names of effects. */
 static void append_names(struct gap_result *r, int effects, const int effect[]) {
     for (int i = 0; i < effects; i++) {
         append(r, i == 0 ? "" : i + 1 == effects ? " and " : ", ");
@@ -418,9 +417,9 @@ bool judge_partly(struct gap_result *r) {
     return true;
 }
 
-/* True if the contradicting set has another in place of one effect of the result, or several that
- * look like it, and all else in common with it. place: receives the place of that effect; rivals:
- * the others, whose number is counted. */
+/* True if the contradicting set differs from the result in one effect only: it has another effect
+ * in its place, or several that each look like it. place: set to the place of that effect in the
+ * result. rivals, count: set to the effects in its place, and to their number. */
 static bool exchanged(const struct gap_result *r, const struct gap_certainty *c, int *place, int *count, int rivals[GAP_EFFECTS]) {
     int lacks = 0;
     bool alike = true;

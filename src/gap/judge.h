@@ -25,10 +25,11 @@ void judge(struct gap_result *r, const struct remainder *m);
  * part that moves by itself. */
 bool judge_partly(struct gap_result *r);
 
-/* Notes the probability of what the verdict says. Below GAP_SURE the reason has it, with the
- * likeliest set that contradicts the verdict, and effect_named becomes partly_named; it becomes
- * ambiguous if that set has another effect in place of one, or several that look like it, and both
- * together are sure. */
+/* Stores the certainty of the verdict in the result. If its probability is below GAP_SURE, the
+ * reason states it, with the likeliest set that contradicts the verdict, and effect_named becomes
+ * partly_named. It becomes ambiguous instead if the contradicting set differs only by having, in
+ * place of one effect, another one or several that look like it, and if the probabilities of both
+ * sets add up to GAP_SURE or more. */
 void judge_certainty(struct gap_result *r, const struct remainder *m, const struct gap_certainty *certainty);
 
 #endif

@@ -60,9 +60,9 @@ static int drive(struct plant *plant, struct platform *platform, const struct pa
     return error_set(error, STATUS_USAGE, "the simulated run did not come to its end");
 }
 
-/* Simulates one run. machine: the model that is tried, which the plant has. controller: the machine
- * as configured with the model's gains, so that the law `model` does not know the effects that are
- * tried. */
+/* Simulates one run. machine: the tried model, which is the simulated plant. controller: the
+ * configured machine with the tried model's controller gains, because the control law `model` must
+ * not know the tried effects. */
 static int replay_run(const struct params *machine, const struct params *controller, struct recording *out, struct error *error) {
     struct plant *plant = plant_create(machine, 1, error);
     struct platform *platform = memory_get(1, sizeof *platform);
@@ -266,7 +266,7 @@ static void add_rows(struct sums *sums, int gap_channel, const struct residual_t
         double noise = square(t->spectrum.noise[channel][leg]);
         left += (t->spectrum.cycles - 1) * square(t->spectrum.std[channel][leg][0]) + noise, left_over += noise;
     }
-    /* constants count fully, because the model has the measured motion, too */
+    /* constants count, because under the measured motion they do not depend on where a run began */
     add(&sums->difference, gap_channel, left_over, 0.0);
     add(&sums->noise, gap_channel, left, 0.0);
     sums->variation[gap_channel] += residual_variation(t, channel, leg);

@@ -27,13 +27,13 @@ static const double REMAINDER_SHARE = 0.2; /* share of the held-out excess over 
                                             * must explain */
 static const double RIVAL_GAIN = 16.0;     /* a candidate that is behind the best one by more
                                             * evidence than this is no rival: odds of 3000 to one, z
-                                            * = 4; the error of the law is the limit if it is
-                                            * larger */
+                                            * = 4; if the error of the law is larger, it is used
+                                            * instead */
 
 static const double NEAR_GAIN = 60.0;      /* a candidate that is behind the best one by more
                                             * evidence than this is not compared with the verdict:
-                                            * odds of 1e13 to one; four times the error of the
-                                            * law is the limit if it is larger */
+                                            * odds of 1e13 to one; if four times the error of the
+                                            * law is larger, it is used instead */
 enum { NEAR = 4 };                         /* most candidates of a round that are compared */
 
 /* Most rounds of the search. Four effects need half of them if each is added once and judged again
@@ -257,8 +257,9 @@ static bool is_two(struct diagnosis *d, const struct trial *trial, int simple) {
     return two;
 }
 
-/* Puts the best effect with a simpler choice of legs first if it and the next effect explain more
- * than its values for each leg do. Returns true if the order of the trials changed. */
+/* Checks whether the best effect, which has a value for each leg, explains less than the same
+ * effect with one value, or in one leg, together with the next effect. If so, moves the trial with
+ * the simpler choice of legs to the front and returns true. */
 static bool prefer_two_effects(struct diagnosis *d, const struct gap_result *r, struct trial *trial, int trials) {
     bool room = trial[0].hypothesis->pattern == PATTERN_EACH && r->effects + 2 <= GAP_EFFECTS;
     int simple = room ? simple_pattern(d, trial, trials) : 0;

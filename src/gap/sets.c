@@ -40,8 +40,8 @@ static bool any(int values, const double *x) {
     return some;
 }
 
-/* Lists the sizes that differ: a covariance without a remainder, features or laws has one size of
- * each. */
+/* Lists the sizes of the remainder under which sets are compared. A part that is absent from the
+ * covariance, or from an exact comparison, has one size only. */
 static void list_sizes(struct comparison *s) {
     /* law error in addition to the laws' own law_error: none, or 0.4 % to a fifth in nearly equal
      * ratios */
@@ -161,9 +161,9 @@ bool sets_same(const struct set *a, const struct set *b) {
 
 static double log_choose(int n, int k) { return lgamma(n + 1.0) - lgamma(k + 1.0) - lgamma(n - k + 1.0); }
 
-/* Log of the prior probability of a set: one half for no effect, a quarter for one effect, and so
- * on. All sets of a size are equally likely, and so are all choices of legs for an effect. A set
- * may count as one of fewer effects (struct set). */
+/* Log of the prior probability of a set: one half for no effect, a quarter for one, an eighth for
+ * two, a sixteenth each for three and four. All sets of a size are equally likely, and so are all
+ * choices of legs for an effect. A set may count as one of fewer effects (struct set). */
 static double log_prior(const struct diagnosis *d, const struct set *s) {
     int effects = 0;
     for (int i = 0; i < d->hypotheses; i++)
@@ -208,7 +208,8 @@ static bool at_end(const struct set *s) {
             const struct variable *v = &s->hypothesis[i].variable[j];
             double value = variable_get(v, &s->model), margin = 1e-6 * (v->max - v->min);
             bool shapes = effect_table[v->effect]->keys[v->key].shapes_law || !sets_grows_with_machine(v->effect);
-            bool off = fabs(value - v->neutral) > margin; /* a delay of 0 begins its range */
+            bool off = fabs(value - v->neutral) > margin; /* a neutral value may be the end of a
+                                                           * range, such as a delay of 0 */
             end = end || (shapes && off && (value <= v->min + margin || value >= v->max - margin));
         }
     return end;

@@ -15,7 +15,7 @@ enum { SETS_MAX = 64, SETS_SIZES = 80 };
 struct set {
     int effects;
     struct hypothesis hypothesis[GAP_EFFECTS];
-    int causes; /* as how many effects the prior counts them; 0: each as one */
+    int causes; /* number of effects as which the prior counts the set; 0: the number that it has */
     struct params model;
     struct linearised linear;
     /* evidence: log of the mean evidence over the sizes of the remainder, plus log_prior.
@@ -24,7 +24,8 @@ struct set {
     double log_evidence[SETS_SIZES];
 };
 
-/* All sets that are compared, and the sizes of the remainder under which they are. */
+/* The sets that are compared, and the sizes of the remainder over which their evidence is
+ * averaged. */
 struct comparison {
     struct diagnosis *d;
     bool exact;
@@ -40,17 +41,19 @@ struct comparison {
     struct set *set;
 };
 
-/* Begins a comparison around the model of a diagnosis. Until sets_end() its whiteners contain a
- * remainder, at first of this size (covariance.h: spread). exact: no law is less exact than its
- * law_error says; otherwise the laws of a family may be off by up to SETS_LAW_MOST. */
+/* Begins a comparison around the model of a diagnosis. Until sets_end() the whiteners of the
+ * diagnosis contain a remainder. spread: size of its part `spread` at first (covariance.h). exact:
+ * no law is less exact than its law_error says; otherwise the laws of a family may be off by up to
+ * SETS_LAW_MOST. */
 void sets_begin(struct comparison *s, struct diagnosis *d, double spread, bool exact);
 void sets_end(struct comparison *s);
 
 /* Searches sets, the likeliest first, beginning with the base without effects. */
 void sets_search(struct comparison *s, const struct params *base);
 
-/* Fits a set and keeps it with its evidence, unless it is known already, impossible or without
- * effect, or has a law at the end of its range. */
+/* Fits a set and keeps it with its evidence. A set is not kept if it is known already or cannot be
+ * fitted, if one of its effects gets no strength, or if a sensor's error or a parameter of a law's
+ * form is at the end of its range. */
 void sets_keep(struct comparison *s, struct set *one);
 
 /* Fits a set that is not kept; its linearisation is freed by the caller. Returns false if it cannot

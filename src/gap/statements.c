@@ -19,11 +19,11 @@ static const double EMPIRICAL = 0.05;   /* least law_error of an empirical law. 
                                          * platform, but leaves a third of the gap */
 static const double EXPLAINED = 0.5;    /* least share of the held-out gap that the effects of a
                                          * verdict explain together */
-/* Share of the gap that an exact law may leave on six legs, and that an effect beside others must
- * explain there: that of the largest error of a law. */
+/* Share of the squared gap that an exact law may leave on six legs, and that an effect beside
+ * others must explain there. It is the square of the largest error of a law. */
 static const double SLIGHT = SETS_LAW_MOST * SETS_LAW_MOST;
-static const double FIRST_SPREAD = 0.1; /* size of the spread (covariance.h) before a set is the
-                                         * reference model */
+static const double FIRST_SPREAD = 0.1; /* size of the spread (covariance.h) before the model of a
+                                         * set becomes the reference model */
 
 static bool has_family(const struct set *s, int family) {
     for (int i = 0; i < s->effects; i++)
@@ -251,9 +251,10 @@ static void put_last(struct gap_result *r, int place, int sure) {
     r->statement[sure - 1] = one;
 }
 
-/* Moves the sure statements behind the others that explain no more of the gap beside them than an
- * error of a law. Beside a remainder that is not random their evidence is too great. Returns the
- * number of the others; `one` is fitted with them, or with all if it cannot be. */
+/* Moves slight sure statements to the end. They are those without which the others explain nearly
+ * as much: the loss is no larger than an error of a law. Beside a remainder that is not random, the
+ * evidence for them is too great. Returns the number of the others. On entry `one` is the fit of
+ * all sure statements; afterwards it is the fit of the others. */
 static int slight_last(struct comparison *s, const struct params *base, struct gap_result *r, int sure, struct set *one) {
     struct set *rest = memory_get(1, sizeof *rest);
     int kept = sure;
@@ -274,9 +275,9 @@ static int slight_last(struct comparison *s, const struct params *base, struct g
     return kept;
 }
 
-/* Fits the sure statements. If a remainder is left and no effect is in doubt, those that are beside
- * the point are left out: on six legs the slight ones, with one leg errors of sensors and clocks,
- * unless there is no other statement. Their laws are exact, so beside a remainder they stand for
+/* Fits the sure statements. If a remainder is left and no effect is in doubt, some of them are left
+ * out, unless no other would be left: on six legs the slight ones, with one leg the errors of
+ * sensors and clocks. The laws of these errors are exact, so beside a remainder they stand for
  * something else, such as a damper's elastic mount. Returns the number of statements that were
  * fitted; 0 if the fit failed. */
 static int fit_all(struct comparison *s, struct gap_result *r, int sure, struct set *one) {
@@ -310,9 +311,10 @@ static int doubted_in(const struct set *one, const struct gap_result *r) {
     return count;
 }
 
-/* True if a set has the effects of a result, or their families where it states these; of effects
- * that the result cannot tell apart exactly one. The set may have others, too, unless the result
- * has none. Clock skew is measured, and in no set. */
+/* True if a set has all effects of a result, or, for a statement about a family, an effect of that
+ * family, and exactly one of the effects that the result cannot tell apart. The set may have
+ * further effects, unless the result has none. Clock skew is not looked for, because it is measured
+ * and in no set. */
 static bool confirms(const struct set *one, const struct gap_result *r) {
     bool all = r->effects || !one->effects;
     for (int i = 0; i < r->effects; i++) {
@@ -403,15 +405,17 @@ static void keep_limits(struct comparison *s, const struct set *one, int place, 
         }
 }
 
-/* True if a hypothesis about a body looks like an effect. */
+/* True if a hypothesis is an effect of the bodies (EFFECT_BODIES) that looks like the given effect,
+ * which is of another family. */
 static bool body_like(const struct hypothesis *h, int effect) {
     bool body = h->pattern == PATTERN_ALL && effect_table[h->effect]->family == EFFECT_BODIES;
     return body && effect_table[effect]->family != EFFECT_BODIES && experiment_is_known(effect_table[h->effect], effect_table[effect]);
 }
 
-/* Keeps the sets in which two bodies, each of which looks like an effect but not like the other,
- * replace it. A payload of another mass has other inertias, too, and together they look like
- * springs. The prior counts the two as one effect. */
+/* Keeps the sets in which two effects of the bodies (EFFECT_BODIES) replace the effect at `place`
+ * of a found set. Each of them looks like this effect, but not like the other one. A payload of
+ * another mass has other inertias, too, and together they look like springs. The prior counts the
+ * two as one effect. */
 static void keep_bodies(struct comparison *s, const struct set *found, int place, int hypotheses, const struct hypothesis *list) {
     int effect = found->hypothesis[place].effect;
     struct set *one = memory_get(1, sizeof *one);
@@ -429,8 +433,9 @@ static void keep_bodies(struct comparison *s, const struct set *found, int place
     free(one);
 }
 
-/* Place in another set of an effect that is in both; otherwise that of an effect which only the
- * other set has, with this one as its limiting case, and which is not taken. -1: there is none. */
+/* Finds the counterpart in `other` of the effect at `place` of `one`: the same effect, or else an
+ * effect that contains it as a limiting case, is not in `one` and is not taken yet. Returns its
+ * place in `other`; -1 if there is none with the same legs. */
 static int counterpart(const struct set *one, int place, const struct set *other, const bool taken[GAP_EFFECTS]) {
     const struct hypothesis *h = &one->hypothesis[place];
     int found = sets_place(other, h->effect);

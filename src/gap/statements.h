@@ -1,5 +1,6 @@
-/* Statements: which effects, or families of effects, the machine has, each with its probability.
- * This is the sum over the sets (sets.h) in which the statement is true. Ordinary threads; heap. */
+/* Statements: which effects, or families of effects, the machine has, each with its probability. A
+ * statement's probability is the sum of the probabilities of the sets (sets.h) in which it is true.
+ * Ordinary threads; heap. */
 #ifndef HEXID_STATEMENTS_H
 #define HEXID_STATEMENTS_H
 
@@ -14,13 +15,18 @@ bool statements_find(struct diagnosis *d, struct gap_result *r);
  * a machine of one leg. */
 bool statements_empirical(const struct gap_result *r);
 
-/* Compares the set that a search found with those that lack one of its effects, with those in which
- * limiting cases replace effects of these, with those in which two bodies replace one that they
- * look like together, with the base without any, and with the sets that were tried. If a limiting
- * case explains about as much, or the law that it replaces is at the end of its range, or fewer of
- * the effects are likelier, puts the simpler effects into r, the diagnosis and `found`, and returns
- * true; otherwise the diagnosis is unusable afterwards. certainty: probability that the machine has
- * the effects of the result, and of those that it cannot tell apart exactly one; NaN if its set
+/* Compares the set that a search found with these others:
+ *   - sets that lack one of its effects;
+ *   - sets in which limiting cases replace effects of any of these sets;
+ *   - sets in which two effects of the bodies (masses, mass centres, inertias) replace an effect
+ *     that both together look like;
+ *   - the base without effects;
+ *   - the sets that were tried.
+ * If a limiting case explains about as much as the effect that it replaces, or the parameters of
+ * that effect's law are at the ends of their ranges, or fewer of the effects are likelier, puts the
+ * simpler effects into r, the diagnosis and `found`, and returns true. Otherwise returns false; the
+ * diagnosis is then unusable. certainty: probability that the machine has the effects of the
+ * result, and exactly one of those that the result cannot tell apart; NaN if the set of the result
  * cannot be compared. The priors are those of the search. */
 bool statements_weigh(struct diagnosis *d, struct gap_result *r, struct set *found, int sets, const struct set *tried,
                       struct gap_certainty *certainty);

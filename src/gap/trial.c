@@ -20,7 +20,8 @@ enum { SCREEN_SETS = 1, SCREEN_BENT = 3, TRIAL_SETS = 6, POLISH_SETS = 8 };
 
 enum { WEAK, TYPICAL, STARTS = 7 };
 /* strengths at which a trial may start, as multiples of the typical strength. Several are tried,
- * because a limit, as of a rate, that acts always or never has no gradient */
+ * because an effect such as a rate limit has no gradient at a strength where it acts always or
+ * never */
 static const double start_strength[STARTS] = {[WEAK] = 0.1, [TYPICAL] = 1.0, -0.1, -1.0, 0.3, 10.0, -10.0};
 
 /* True if the effect is proportional to its strength, by the white residuals without the effect,
@@ -61,7 +62,8 @@ static void try_start(const struct diagnosis *d, const struct hypothesis *h, con
     struct params model = *base;
     if (!hypothesis_at(h, strength, &model)) return;
     double square = fit_start(&d->fit, &model, h->variables, h->variable, linear, s->other, white);
-    /* a limit that is never reached has no gradient, so no fit can start there */
+    /* an effect that never acts, such as a rate limit that is not reached, has no gradient, so no
+     * fit can start there */
     bool idle = fabs(square - without) < IDLE * without;
     if (!idle) keep_better(s, &model, square);
 }
@@ -219,7 +221,7 @@ double trial_sound_gain(const struct trial *t) { return !t->ok ? -HUGE_VAL : tri
 
 /* Lists the variables that are fitted together with an effect: those of the model that are not
  * parallel to it, then its own. place: set to the index that each of the former has in the model.
- * Returns their number, or -1 if all are too many. */
+ * Returns the number of the former, or -1 if there are more than FIT_VARIABLES in all. */
 static int list_together(const struct diagnosis *d, const struct hypothesis *h, struct variable v[FIT_VARIABLES],
                          int place[FIT_VARIABLES]) {
     int n = 0;
@@ -296,7 +298,7 @@ void trial_polish(const struct diagnosis *d, struct trial *t) {
 
 /* True if the hypothesis is a friction that replaces a constant force of the base, and is zero in
  * one direction. Friction that differs between the directions can imitate a constant force no
- * larger than itself, so at this limit the true force may be larger. */
+ * larger than itself, so if it is zero in one direction, the true force may be larger. */
 static bool one_direction(const struct diagnosis *d, const struct trial *t) {
     const struct hypothesis *h = t->hypothesis;
     bool constant = false, none = false;

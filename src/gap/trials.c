@@ -14,16 +14,16 @@ static const double NEAR_SHARE = 0.9; /* a trial is polished, too, if its gain w
                                        * moved base exceeds this share of the best one's, because
                                        * polishing may change their order */
 static const double FAR_SHARE = 0.4; /* on a platform, a trial with less evidence than this share of
-                                      * the best one's is not polished. The least evidence of a
-                                      * rival (RIVAL_GAIN of search.c) is 0.43 of what a name
-                                      * needs */
+                                      * the best one's is not polished. An effect that is just named
+                                      * has an evidence of GAIN_MIN, and its rivals have at least
+                                      * 0.43 of that (GAIN_MIN and RIVAL_GAIN of search.c) */
 static const double LEAST_EVIDENCE = 12.0; /* on a platform, a trial with less evidence than this is
-                                            * not polished, either: what a name needs, less what a
-                                            * rival may be behind */
-static const double HOPELESS = 100.0; /* a trial that leaves more than this many times what the best
-                                       * polished one leaves, none of whose values is at a bound, is
-                                       * not polished, unless the held-out cycles contradict it.
-                                       * Polishing has lowered that to a thirtieth at most */
+                                            * not polished, either: GAIN_MIN less RIVAL_GAIN of
+                                            * search.c, the least evidence of a rival */
+static const double HOPELESS = 100.0; /* a trial is not polished if its sum of squares exceeds this
+                                       * multiple of the least one of the polished trials without a
+                                       * value at a bound, unless the held-out cycles contradict it.
+                                       * Polishing has divided a sum of squares by 30 at most */
 enum { FINALISTS = 5, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
 
 struct batch {
@@ -186,9 +186,9 @@ static bool first_sound(const struct trial *trial, int count, struct trial *soun
     return false;
 }
 
-/* True if a trial has too little evidence to become the best one or its rival. On a single leg,
- * where polishing takes little time and sets of effects are searched widely, no trial has. best:
- * the first sound trial. */
+/* True if a trial has too little evidence to become the best one or its rival. Never true on a
+ * single leg, where polishing takes little time and sets of effects are searched widely. best: the
+ * first sound trial. */
 static bool is_far(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
     if (params_legs(d->given) == 1) return false;
     bool each = t->hypothesis->pattern == PATTERN_EACH;
