@@ -57,8 +57,9 @@ struct joined {
 };
 
 /* Adds a log's determined values, relative to `from`, to the normal equations, weighted by their
- * noise alone, because the shared errors are unknowns. compliance: unit of this error, m/N. Returns
- * the number of these values, or -1 if their covariance is not positive definite. */
+ * noise alone, because the shared errors are unknowns. compliance: unit in which the error of the
+ * compliance is counted, m/N. Returns the number of these values, or -1 if their covariance is not
+ * positive definite. */
 static int join(const struct agreement_log *log, const struct estimate *from, double compliance, struct joined *n) {
     double covariance[VALUES * VALUES], difference[VALUES], column[JOINED][VALUES], solved[VALUES], std;
     int at[VALUES], count = 0;

@@ -1,10 +1,10 @@
 /* Do several logs of one machine agree? Each value of a log is compared with its estimate from all
- * the other logs together, in standard deviations of the difference. These include the noise of
- * both, and the effect of errors that all logs share (equations.h), as far as it differs between
- * the motions: systematic errors and attenuation. For the overall test, generalised least squares
- * fits one set of values, and one set of shared errors, to the estimates of all logs; if the logs
- * differ by noise alone, the remaining sum of squares is chi-square distributed. Only determined
- * values are compared. Ordinary threads; heap. */
+ * the other logs together, in standard deviations of the difference. These standard deviations
+ * include the noise of both estimates, and the effect of the errors that all logs share (systematic
+ * errors and attenuation, equations.h), as far as this effect differs between the motions. For the
+ * overall test, generalised least squares fits one set of values, and one set of shared errors, to
+ * the estimates of all logs; if the logs differ by noise alone, the remaining sum of squares is
+ * chi-square distributed. Only determined values are compared. Ordinary threads; heap. */
 #ifndef HEXID_AGREEMENT_H
 #define HEXID_AGREEMENT_H
 
@@ -14,16 +14,16 @@ enum { AGREEMENT_LOGS = 16 };
 /* Number of compared values: entries of the matrix, viscous and dry friction, and springs
  * (equations.h). */
 enum { AGREEMENT_VALUES = UNKNOWN_SYSTEMATIC };
-/* Level of significance: a difference is disagreement if noise alone makes one as large with a
- * smaller probability. The overall test and the test of single values each give a false alarm for
- * one set of logs in a thousand. */
+/* Level of significance: a difference counts as disagreement if the probability that noise alone
+ * makes one as large is below this level. The overall test and the test of single values each give
+ * a false alarm for one set of logs in a thousand. */
 #define AGREEMENT_PROBABILITY 1e-3
 
 struct agreement {
     int logs;
     double deviation[AGREEMENT_LOGS][AGREEMENT_VALUES]; /* NaN: the value is not compared */
-    /* significant at the level AGREEMENT_PROBABILITY, corrected for the number of compared values
-     * (Bonferroni) */
+    /* true: the deviation is significant at the level AGREEMENT_PROBABILITY, corrected for the
+     * number of compared values (Bonferroni) */
     bool apart[AGREEMENT_LOGS][AGREEMENT_VALUES];
     int compared;                                       /* number of deviations that are not NaN */
     double chi_square;

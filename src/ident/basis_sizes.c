@@ -6,8 +6,8 @@
 #include "dense.h"
 
 enum { FUNCTIONS = UNKNOWNS - UNKNOWN_BASIS, ITERATIONS = 20 };
-/* First value and limits of a size, which is the prior standard deviation of a basis function's
- * coefficient as a multiple of the leg's dry friction. The upper limit exceeds 1, because
+/* First value and bounds of a size, which is the prior standard deviation of a basis function's
+ * coefficient as a multiple of the leg's dry friction. The upper bound exceeds 1, because
  * neighbouring basis functions may fit a curve by large coefficients of opposite sign. */
 static const double SIZE_FIRST = 0.3, SIZE_LEAST = 1e-3, SIZE_MOST = 4.0;
 

@@ -6,9 +6,9 @@
 #include "numeric.h"
 #include "params.h"
 
-static const double UNSEEN = 1e-12; /* a reading is ignored if its expected variance by the
-                                     * systematic errors is less than this share of its noise
-                                     * variance */
+static const double UNSEEN = 1e-12; /* a reading is ignored if the variance that the systematic
+                                     * errors give it is less than this share of the variance of its
+                                     * noise */
 
 void calibration_find(const struct params *params, const struct kinematics *k, struct calibration row[CALIBRATIONS]) {
     const struct found_params *f = &params->found;

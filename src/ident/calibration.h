@@ -7,11 +7,11 @@
  *   stop    the reading of a leg on its lower end stop is wrong by the leg's zero, and by its gain
  *           times the distance from neutral to the stop
  *
- * Each is one linear equation in the systematic errors s, h's = value within a standard deviation.
- * An estimate x of covariance C is corrected by Bayes' rule, the update of a Kalman filter: K = C h
- * / (h' C h + std^2), x + K (value - h'x), and the covariance (1 - K h') C (1 - K h')' + K K'
- * std^2. The common gains, which attenuation would bias (scale_of() in equations.c), are held at
- * zero while the equations are solved, and are corrected here. Pure. */
+ * Each is one linear equation h' s = value in the vector s of the systematic errors, with an error
+ * of standard deviation std. An estimate x of covariance C is corrected by Bayes' rule, the update
+ * of a Kalman filter: K = C h / (h' C h + std^2), x + K (value - h'x), and the covariance (1 - K
+ * h') C (1 - K h')' + K K' std^2. The common gains, which attenuation would bias (scale_of() in
+ * equations.c), are held at zero while the equations are solved, and are corrected here. Pure. */
 #ifndef HEXID_CALIBRATION_H
 #define HEXID_CALIBRATION_H
 

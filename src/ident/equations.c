@@ -127,17 +127,18 @@ static bool find_skew_size(const struct equations *e, double matrix[MATRIX_ENTRI
     return true;
 }
 
-/* Sizes of priors that are found from the data, and the compliance's deviation: those of struct
- * estimate. */
+/* Sizes of priors that are found from the data, and the standard deviation of the compliance, with
+ * the meanings that struct estimate gives them. */
 struct sizes {
     double skew_test_s, compliance_prior, compliance_std;
 };
 
 /* Narrows the prior of the compliance to what the data show of it. Without a prior they give the
- * value c with the variance v. The prior variance of greatest likelihood is c^2 - v, or 0; it is 0,
- * too, if c is negative, which no leg's is. The prior becomes this, but at most the stated one. A
- * stiff machine's intervals then stay as narrow as without this unknown. own: the equations without
- * the departures of skews. */
+ * value c with the variance v. The prior variance of greatest likelihood is c^2 - v, or 0 if that
+ * is negative. It is also 0 if c is negative, because no leg has a negative compliance. The prior's
+ * standard deviation is set accordingly, but at least to RIGID times the stated one and at most to
+ * the stated one. A stiff machine's intervals then stay as narrow as without this unknown. own: the
+ * equations without the departures of skews. */
 static bool narrow_compliance(struct equations *own, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], const double size[BASIS_SIZE],
                               double factor[UNKNOWNS][UNKNOWNS], struct sizes *sizes) {
     enum { COMPLIANCE = UNKNOWN_SYSTEMATIC + SYSTEMATIC_COMPLIANCE };
@@ -155,9 +156,9 @@ static bool narrow_compliance(struct equations *own, double matrix[MATRIX_ENTRIE
     return true;
 }
 
-/* Finds the sizes of what only the data tell, eliminates the departures of the tests' skews, and
- * factors what is left with all priors. own: the equations without the departures, and with the
- * priors as found. */
+/* Finds the sizes of the priors that are not stated (basis functions, departures of the skews,
+ * compliance), eliminates the departures of the tests' skews, and factors the remaining equations
+ * with all priors. own: the equations without the departures, and with the priors as found. */
 static bool factor_with_prior(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], struct equations *own,
                               double factor[UNKNOWNS][UNKNOWNS], struct sizes *sizes) {
     double size[BASIS_SIZE];
@@ -230,7 +231,8 @@ static void split(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRI
     memcpy(estimate->common[COMMON_ATTENUATION], solved, sizeof estimate->common[0]);
 }
 
-/* Clears the covariance of errors that do not exist, to which inverse_variance() gave 1. */
+/* Clears the covariance of errors that do not exist. inverse_variance() gave each of them the
+ * variance 1 to keep the equations solvable. */
 static void clear_absent(const struct equations *e, struct estimate *estimate) {
     for (int s = 0; s < SYSTEMATICS; s++)
         for (int c = 0; c < UNKNOWN_BASIS && !(e->systematic[s] > 0.0); c++)

@@ -3,16 +3,16 @@
  * rows, whatever a single log leaves undetermined, so nothing else of a log need be kept.
  *
  * The unknowns are corrections to the configured machine: 21 entries of Mt, friction of each leg,
- * springs on the six coordinates of the pose, and the systematic errors of sensors and drawing
- * (systematic.h).
+ * springs on the six coordinates of the pose, and the systematic errors of the sensors and of the
+ * configured joint positions (systematic.h).
  *
  * The covariance of an estimate has two parts. Noise is independent from log to log and averages
  * out; the departures of single tests' skews (skews.h) are counted with it. Errors that all logs of
- * a machine share do not: the systematic errors and the errors of the legs' masses, as far as the
- * data do not determine them, and attenuation (Fuller 1987 section 1.1). Attenuation arises because
- * the noise of the accelerations is on both sides of the
- * equations: an axis that moves only within this noise seems to have no mass, so the entries are
- * biased towards zero. Ordinary threads; heap. */
+ * a machine share do not average out: the systematic errors and the errors of the legs' masses, as
+ * far as the data do not determine them, and attenuation (Fuller 1987 section 1.1). Attenuation
+ * arises because the noise of the accelerations is on both sides of the equations: an axis that
+ * moves only within this noise seems to have no mass, so the entries are biased towards zero.
+ * Ordinary threads; heap. */
 #ifndef HEXID_EQUATIONS_H
 #define HEXID_EQUATIONS_H
 
@@ -40,8 +40,9 @@ enum {
  * known weight, and each leg on its stop. */
 enum { CALIBRATION_WEIGHT, CALIBRATION_STOP, CALIBRATIONS = CALIBRATION_STOP + LEGS };
 /* Errors that all logs of a machine share: the systematic errors, the departure of the matrix from
- * its prior (payload_prior()), the scales of pressures and of lengths (always 0, because their
- * effect is counted with the gains), attenuation, and the errors of calibrations. */
+ * its prior (payload_prior()), the common scales of the pressures' and of the lengths' gains
+ * (scale_of() in equations.c; always 0, because their effect is counted with the gains),
+ * attenuation, and the errors of calibrations. */
 enum { GAIN_SCALES = 2 };
 enum {
     COMMON_MATRIX = SYSTEMATICS,
@@ -51,7 +52,8 @@ enum {
     COMMON = COMMON_CALIBRATION + CALIBRATIONS
 };
 
-/* Greatest number of tests whose departures of the skew are found (skews.h): those of one log. */
+/* Largest number of tests whose skews may depart from the common one (skews.h): as many as one log
+ * can have. */
 enum { SKEW_TESTS = RECORDING_TESTS };
 /* A test's part of the normal equation of the common skew. */
 struct test_skew {
@@ -82,8 +84,9 @@ struct equations {
     int free;
     /* Variance of `rest` by rounding errors that repeat in every cycle (rounding.h). */
     double repeating;
-    /* Number of cycles of the shortest test; the noise of its rows is estimated from their
-     * differences. Infinite if all tests are segments, whose noise is known well. */
+    /* Number of cycles of the shortest test; the noise of its rows is estimated from the
+     * differences between its cycles. Infinite if all tests are segments, whose noise is known
+     * well. */
     double cycles;
     double dry_n[LEGS];                 /* size of each leg's dry friction, N: the unit of its basis
                                          * functions' prior */
@@ -100,16 +103,17 @@ struct equations {
  *
  * With C = (X'WX + P)^-1, P = L L' the inverse covariance of the priors, the errors of the machine
  * change the values by the columns of -C L, each for one standard deviation, and noise alone has
- * the covariance C less the sum of the squares of these changes. The changes by gains also include
- * the changes by their scales, which are held. */
+ * the covariance C less the sum of the outer products of these changes. The changes by gains also
+ * include those by their common scales, which are held at zero. */
 struct estimate {
     double value[UNKNOWNS];
     double noise[UNKNOWN_BASIS][UNKNOWN_BASIS];  /* covariance by noise, without basis functions */
     double common[COMMON][UNKNOWN_BASIS];        /* change of `value` by each shared error of one
                                                   * standard deviation */
     double skew_test_s; /* standard deviation of the tests' skews about the common one, as found */
-    /* Prior standard deviation of the compliance, narrowed to what the data show, which is the unit
-     * of its shared error; and the standard deviation that it would have with the stated prior. */
+    /* compliance_prior: prior standard deviation of the compliance, narrowed to what the data show;
+     * the unit of the compliance's shared error. compliance_std: standard deviation of the
+     * estimated compliance with the stated prior. */
     double compliance_prior, compliance_std;
     double surprise[CALIBRATIONS]; /* reading of each calibration less the reading predicted from
                                     * motion and priors, in standard deviations of the difference;
@@ -136,18 +140,19 @@ double equations_basis_variance(const struct equations *e, int i, const double s
 /* Adds the equations of another log of the same machine and configuration. */
 void equations_add(struct equations *sum, const struct equations *e);
 
-/* Solves for the values alone, and for how far the skew of each test departs from the common one,
- * s. matrix: inverse covariance of the matrix entries' prior. Returns false if some unknown occurs
- * in no row, a value is not finite, or memory is short. */
+/* Solves for the values without their covariance, and for the departure of each test's skew from
+ * the common one, s. matrix: inverse covariance of the matrix entries' prior. Returns false if some
+ * unknown occurs in no row, a value is not finite, or memory is short. */
 bool equations_values(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], double value[UNKNOWNS],
                       double departure[SKEW_TESTS]);
 
-/* Solves for the values and their covariance. matrix, result: as equations_values(). */
+/* Solves for the values and their covariance. matrix and the returned value are as in
+ * equations_values(). */
 bool equations_solve(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], struct estimate *estimate);
 
-/* Change of an unknown by a shared error, in a unit that several estimates have in common, whose
- * priors of the compliance may differ: a compliance of `compliance` m/N, or one standard deviation
- * of another error. */
+/* Change of an unknown by one unit of a shared error. The unit is the same for several estimates,
+ * although their priors of the compliance may differ: a compliance of `compliance` m/N, or one
+ * standard deviation of any other error. */
 double estimate_common(const struct estimate *e, int error, int unknown, double compliance);
 
 /* Covariance of two unknowns, by noise and by shared errors. */

@@ -24,7 +24,8 @@ struct imagined {
     double dry_n[LEGS];
     double length_m[3][LEGS];       /* lengths of the last three cycles, oldest first */
     uint64_t random;
-    struct measured_recording measured; /* what is measured of the simulated recording */
+    struct measured_recording measured; /* the simulated recording as method C takes it
+                                         * (measured.h) */
 };
 
 /* Uniform random number with mean zero and this standard deviation. */

@@ -113,8 +113,8 @@ static void find_seal(const struct residual_test *t, const struct motion *m, int
 
 /* Fills the basis functions of a leg's dry friction: higher at low speed (Stribeck); proportional
  * to the pressures; and presliding, the transition from one direction to the other while the seal
- * deforms. Presliding is fitted alone and times functions of speed, because both multiply where
- * bristles are stronger at low speed, or damped (LuGre). */
+ * deforms. Presliding is fitted alone and times functions of speed, because the two effects
+ * multiply if the bristles of the LuGre model carry more force at low speed, or are damped. */
 static void find_basis(struct friction_course *c, const struct residual_test *t, double load_pa, const struct motion *m, int leg) {
     const struct spectrum *s = &t->spectrum;
     const double *row1 = s->mean[CHANNEL_P1][leg], *row2 = s->mean[CHANNEL_P2][leg];

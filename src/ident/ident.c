@@ -77,8 +77,8 @@ static enum refusal measure(struct ident *id, const struct cycle *c, double valu
     return REFUSED_NOT;
 }
 
-/* Adds the differences between a good sample's lengths and the lengths by its reference. Without a
- * complete reference nothing is added. */
+/* Adds the differences between a good sample's lengths and the lengths in its reference pose. Adds
+ * nothing if the reference is not complete. */
 static void compare_reference(struct ident *id, const struct cycle *c) {
     double asked_m[LEGS];
     for (int i = 0; i < DOFS; i++)

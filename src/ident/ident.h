@@ -40,7 +40,7 @@ struct identification {
     /* Number of parts of a long motion, and of those without a result; 0 if the motion was
      * evaluated as a whole. */
     int parts, parts_left_out;
-    /* Agreement of the parts over time. If there are many parts, neighbours are joined to groups;
+    /* Agreement of the parts over time. If there are many parts, neighbours are joined into groups;
      * over_time.logs is the number of groups. */
     struct agreement over_time;
 };

@@ -25,7 +25,7 @@ struct leg_friction {
 };
 
 /* Finds each leg's friction in a recording that method C has evaluated. Returns -2 if no pose has
- * these lengths, -3 without memory. Free the result also after an error. */
+ * the recorded lengths, -3 without memory. Free the result also after an error. */
 int leg_friction_find(struct leg_friction *f, const struct recording *recording, const struct method_c *found, struct error *error);
 void leg_friction_free(struct leg_friction *f);
 

@@ -1,7 +1,8 @@
 /* The machine as a survey found it, for the linear loop: payload, viscous friction, and for each
- * leg the stiffness of its oil, the gain of its valve, its leakage, and the delay from sample to
- * oil. A survey measures at neutral; in another pose each leg's values are assumed to differ from
- * the configuration's model by the same factors. Ordinary threads, no heap. */
+ * leg the stiffness of its oil, the gain of its valve, its leakage, and the delay from the sample
+ * of a command to its effect on the oil. A survey measures at neutral; in another pose each leg's
+ * values are assumed to differ from the configuration's model by the same factors. Ordinary
+ * threads, no heap. */
 #ifndef HEXID_LOOP_FOUND_H
 #define HEXID_LOOP_FOUND_H
 

@@ -111,7 +111,8 @@ struct loop_margin loop_margin(const struct loop_plant *p, const struct control_
 
 /* A walk through the frequencies of all six plants in ascending order. */
 struct walk {
-    int next[DOFS];              /* first answer of each plant at or above the frequency */
+    int next[DOFS];              /* first point of each plant's frequency response at or above
+                                  * radps */
     double radps;
 };
 
@@ -129,7 +130,8 @@ static bool walk_on(struct walk *w, const struct loop_plant plant[DOFS]) {
     return true;
 }
 
-/* A plant's answer at the walk's frequency, interpolated between the plant's own frequencies. */
+/* A plant's frequency response at the walk's frequency, interpolated between the plant's own
+ * frequencies. */
 static struct loop_answer answer_at(const struct loop_plant *p, const struct walk *w, int mode) {
     const struct loop_answer *to = &p->answer[w->next[mode]], *from = w->next[mode] ? to - 1 : to;
     double share = to == from ? 0.0 : (w->radps - from->radps) / (to->radps - from->radps);

@@ -22,8 +22,8 @@ struct loop_margin {
                                   * with the force loop closed; 0: it is 1 nowhere */
 };
 
-/* Amplitude of a mode's length relative to its reference, at the frequency of `plant` that is
- * nearest to radps. kff acts on the reference's change in a cycle. */
+/* Complex amplitude of a mode's length relative to its reference, at the frequency of `plant` that
+ * is nearest to radps. It includes the feed-forward kff of the reference's change in a cycle. */
 double complex loop_follow(const struct loop_plant *plant, const struct control_params *control, double radps, double dt_s);
 
 /* Returns the margins of one mode, alone. */

@@ -42,9 +42,9 @@ static struct rest rest_of(const struct cylinder_leg *c, const struct mains *mai
     return r[0].opening > 0.0 || r[1].opening >= 0.0 ? r[0] : r[1];
 }
 
-/* Finds the flow into each chamber per opening, and its derivative by the chamber's own pressure. A
- * spool that swings across its centre meets both pairs of edges in turn; each counts with its share
- * in the first harmonic of a sinusoidal swing. */
+/* Finds for each chamber the flow into it per opening, and the derivative of the flow at rest by
+ * the chamber's own pressure. A spool that swings across its centre meets both pairs of edges in
+ * turn; each counts with its share in the first harmonic of a sinusoidal swing. */
 static void edges(const struct cylinder_leg *c, const struct mains *mains, const struct rest *r, double swing, double open[PORTS],
                   double by_pa[PORTS]) {
     double ps = mains->supply_pa, pt = mains->tank_pa;
@@ -101,8 +101,8 @@ static void find_speeds(const struct cylinder_model *m, int leg, struct loop_pla
     p->in_mps[leg] = pull_n > 0.0 ? sqrt(pull_n / cubes) : 0.0;
 }
 
-/* Axis that moves most in a mode, with angles counted at the upper joints' distance arm_m. reach_m:
- * motion of the platform in the mode. */
+/* Axis that moves most in a mode, with angles multiplied by arm_m, the distance of the upper
+ * joints. reach_m: motion of the platform in the mode. */
 static enum dof largest(double j[LEGS][DOFS], const double motion[LEGS], double arm_m, double *reach_m) {
     double inverse[DOFS][LEGS], most = 0.0, square = 0.0;
     enum dof dof = DOF_Z;

@@ -15,7 +15,8 @@ struct loop_place {
     double inertia[LEGS][LEGS];               /* force of leg [i] for an acceleration of leg [j],
                                                * kg */
     double motion[DOFS][LEGS], mass_kg[DOFS]; /* six modes of the oil columns: motion of the legs in
-                                               * each, and mass per squared motion */
+                                               * each, and modal mass divided by the sum of the
+                                               * legs' squared motions */
     /* Weights of modal.h in these modes: factor of kp, ki and kd in the command of mode [i] for an
      * error of mode [j]; the identity if all modes have the same gains. */
     double mix[DOFS][DOFS];
@@ -49,7 +50,7 @@ struct loop_mode_input loop_place_mode(const struct loop_place *place, int mode)
  * computed. */
 bool loop_place_modes(struct loop_place *place, const struct params *params, const struct modal *modal);
 
-/* Sets place->mix to these weights. */
+/* Computes place->mix from the weights of `modal`. */
 void loop_place_weigh(struct loop_place *place, const struct modal *modal);
 
 /* The least damped pole of all modes; if some are unstable, the fastest growing one. */

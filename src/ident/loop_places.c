@@ -7,8 +7,8 @@
 
 static const double TRIED = 0.8;           /* share of the path from neutral to the nearest end of a
                                             * stroke at which poses are checked */
-static const double SEARCH = 10.0;         /* m or rad; limit of the search for a pose at a stroke's
-                                            * end, longer than any stroke */
+static const double SEARCH = 10.0;         /* m or rad; upper bound of the search for the pose at a
+                                            * stroke's end, larger than any stroke */
 enum { HALVINGS = 30 };
 
 /* True if every leg is within TRIED of the path from neutral to either end of its stroke. */

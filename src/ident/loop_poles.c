@@ -293,8 +293,8 @@ static void mean_errors(const struct loop_mode_input *shape, const struct params
     }
 }
 
-/* product = a b, of n rows. The innermost loop runs along rows, of which the compiler makes
- * vectors. */
+/* Computes product = a b for n x n matrices. The innermost loop runs along rows, so that the
+ * compiler can vectorise it. */
 static void multiply_maps(int n, double a[LOOP_POLES][LOOP_POLES], double b[LOOP_POLES][LOOP_POLES],
                           double product[LOOP_POLES][LOOP_POLES]) {
     for (int i = 0; i < n; i++) {
@@ -321,7 +321,7 @@ static void double_cycles(int n, double map[LOOP_POLES][LOOP_POLES], double sum[
     for (int i = 0; i < n; i++) memcpy(map[i], half[i], (size_t)n * sizeof half[i][0]);
 }
 
-/* True if errors of this many cycles ago have died away to nothing. */
+/* True if an error has died away over the cycles that `map` spans. */
 static bool forgotten(int n, double map[LOOP_POLES][LOOP_POLES]) {
     for (int i = 0; i < n; i++)
         for (int j = 0; j < n; j++)

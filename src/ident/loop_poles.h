@@ -18,12 +18,13 @@ struct loop_leg {
     double viscous;                      /* viscous friction, N s/m */
     double feedback_cut; /* share, 0..1, by which the controller reduces the gain kpf (force.h) */
     double spool_radps, spool_damping;   /* spool as a system of second order */
-    double command_delay_s; /* delay of the command's effect from the sample that it was computed
-                             * from */
+    double command_delay_s; /* delay from a sample to the effect of the command that is computed
+                             * from it */
     double length_delay_s;               /* delay of the reading, not necessarily whole cycles */
 };
 
-/* One mode: motion of the legs in it, and mass per squared motion. */
+/* One mode: motion of the legs in it, and modal mass divided by the sum of the legs' squared
+ * motions. */
 struct loop_mode_input {
     const double *motion;                /* [LEGS]: motion of each leg */
     double mass_kg;
@@ -37,8 +38,8 @@ struct loop_pole {
     double decay_per_s, radps;
 };
 
-/* Computes the poles in the upper half plane. Delays are limited to LOOP_DELAY_MOST cycles. Returns
- * the number of poles, or 0 if the loop has values that are not finite. */
+/* Computes the poles in the upper half plane. A delay longer than LOOP_DELAY_MOST cycles counts as
+ * that long. Returns the number of poles, or 0 if the loop has values that are not finite. */
 enum { LOOP_DELAY_MOST = 14, LOOP_POLES = 10 + 2 * (LOOP_DELAY_MOST + 1) };
 int loop_poles_all(const struct loop_leg leg[LEGS], const struct loop_mode_input *shape, const struct params *params,
                    struct loop_pole pole[LOOP_POLES]);
@@ -72,9 +73,10 @@ struct loop_mode {
     double hz, damping; /* lowest oscillating pair of poles; NaN: there is none */
 };
 
-/* Finds the closed loop of a surveyed mode, which must be determined. gain: as in loop_mode_input.
- * viscous: viscous friction of each leg, N s/m. The spool is modelled as a critically damped lag;
- * its time is the delay found for the legs, less the half cycle of holding. */
+/* Finds the lowest oscillating poles of the closed loop of a surveyed mode, which must be
+ * determined. gain: as in loop_mode_input. viscous: viscous friction of each leg, N s/m. The spool
+ * is modelled as a critically damped lag; its time is the delay found for the legs, less the half
+ * cycle of holding. */
 struct loop_mode loop_poles(const struct oil_leg leg[LEGS], const struct oil_mode *mode, double gain, const double viscous[LEGS],
                             const struct params *params);
 

@@ -41,7 +41,8 @@ static const double WORTH = 1.1;           /* a part is named if it gives a tent
 /* The machine in all poses, and a controller that is tried. */
 struct field {
     struct params params;              /* machine as it was found, and the controller */
-    const struct params *configured;   /* the controller's weights are those of this machine */
+    const struct params *configured;   /* machine from which the controller computes its modal gains
+                                        * (modal.h) */
     struct loop_places places;
     struct loop_plant plant[LOOP_PLACES][DOFS];
     struct loop_plant moving[DOFS];    /* modes at neutral, with the valves opening as far as in the
@@ -49,8 +50,8 @@ struct field {
     double own_damping[DOFS];          /* dampings of the modes at neutral without a controller */
     bool surveyed;                     /* the legs are as a survey found them */
     struct loop_found found;
-    int failed;                        /* index, DOFS place + mode, of the mode that last missed its
-                                        * margins */
+    int failed;                        /* index, DOFS * place + mode, of the mode that last missed
+                                        * its margins */
 };
 
 /* Upper bound of a leg's speed in the tests, m/s; 0 for a trajectory, whose speeds are not known
@@ -85,7 +86,8 @@ static double with_digits(double x, int digits) {
     return strtod(text, NULL);
 }
 
-/* Finds the weights of this controller, as the controller itself does. */
+/* Finds the modal gains (modal.h) of this controller, from the configured machine as the controller
+ * itself does. */
 static int weights(const struct field *f, const struct control_params *g, struct modal *modal, struct error *error) {
     struct params p = *f->configured;
     struct kinematics k;
@@ -98,7 +100,8 @@ static struct loop_mode_input shape_of(const struct field *f, int place, int mod
     return loop_place_mode(&f->places.place[place], mode);
 }
 
-/* Takes a controller to be tried. Returns false, and keeps the one before, if it has no weights. */
+/* Sets the controller that is tried next. Returns false, and keeps the present one, if the modal
+ * gains of the new one cannot be computed. */
 static bool take(struct field *f, const struct control_params *g) {
     struct modal modal;
     bool same = g->modal == f->params.control.modal;
@@ -187,9 +190,9 @@ static bool take_survey(struct field *f, const struct modal *modal, const struct
     return true;
 }
 
-/* Fills a field whose configured machine is set. params: the machine that was found. survey: NULL:
- * it is the configured one. Returns false if the supply cannot hold the platform, or the modes of a
- * place cannot be computed. */
+/* Fills a field; f->configured must be set before. params: the machine that a survey found, or the
+ * configured one. survey: that survey, or NULL. part: part of the machine to be improved. Returns
+ * false if the supply cannot hold the platform, or the modes of a place cannot be computed. */
 static bool field_init(struct field *f, const struct params *params, bool bus, enum loop_part part, const struct loop_survey *survey) {
     struct modal modal;
     f->params = *params;
@@ -240,7 +243,7 @@ static double slowest_damping(const struct field *f, int place) {
 }
 
 /* Finds the margins in a place. Returns false if modes that are stable alone are unstable when the
- * weights connect them. */
+ * modal gains couple them. */
 static bool find_margins(const struct field *f, int place, struct loop_margin margin[DOFS]) {
     return loop_margins(f->plant[place], f->places.place[place].mix, &f->params.control, f->params.loop.period_s, margin) <= 0;
 }
@@ -249,8 +252,8 @@ static bool suffices(const struct loop_margin *m, double delay_s) {
     return fmin(m->gain_db, m->drop_db) >= TUNE_GAIN_DB && m->phase_deg >= TUNE_PHASE_DEG && m->delay_s >= delay_s;
 }
 
-/* True if this mode has the required margins; if the controller has weights, true if all modes in
- * this place have them. */
+/* True if this mode has the required margins; if the controller has modal gains, which couple the
+ * modes, true if all modes in this place have these margins. */
 static bool keeps_margin(const struct field *f, int place, int mode, double delay_s) {
     struct loop_margin m[DOFS];
     if (f->params.control.modal == 0.0) {
@@ -316,8 +319,8 @@ static bool holds_but_margins(struct field *f, const struct required *r) {
     return loop_places_noise_mps2(&f->places, &f->params) <= NOISE_SHARE * loop_noise_most_mps2(&f->params);
 }
 
-/* True if the gains meet all requirements. The margins are the fastest check without weights, and
- * the slowest with them. */
+/* True if the gains meet all requirements. Margins are the fastest check without modal gains, and
+ * the slowest with them; the fastest check comes first. */
 static bool holds(struct field *f, const struct control_params *g, const struct required *r) {
     if (!take(f, g)) return false;
     if (g->modal == 0.0) return keeps_margins(f, r->delay_s) && holds_but_margins(f, r);
@@ -501,7 +504,7 @@ static void find_part(struct field *f, const struct params *params, bool bus, st
     }
 }
 
-/* True if no delay is longer than loop_poles.h computes. */
+/* True if no delay is longer than the LOOP_DELAY_MOST cycles that loop_poles.h can model. */
 static bool delays_fit(const struct field *f) {
     double most_s = LOOP_DELAY_MOST * f->params.loop.period_s;
     for (int k = 0; k < LEGS; k++)

@@ -5,11 +5,12 @@
  *
  * kff follows from the speed of a leg at full opening, and from the amplitudes that the configured
  * tests then reach. kp is the largest with which, for some kpf, the loop meets four requirements;
- * ki is TUNE_INTEGRAL kp times the bandwidth. In every pose every mode has a gain margin of
- * TUNE_GAIN_DB, a phase margin of TUNE_PHASE_DEG at the valve command and stable poles. The slowest
- * mode of the oil has a damping of TUNE_DAMPING wherever the platform is driven. Each mode has a
- * least damping at neutral (MODE_DAMPING in loop_tune.c). The sensors' noise does not shake the
- * platform. Ordinary threads; heap. */
+ * ki is TUNE_INTEGRAL kp times the bandwidth. First, in every pose every mode must have a gain
+ * margin of TUNE_GAIN_DB, a phase margin of TUNE_PHASE_DEG at the valve command, and stable poles.
+ * Second, the slowest mode of the oil must have a damping ratio of TUNE_DAMPING, or the largest
+ * that is possible, at neutral and on the way down to parking. Third, each mode must have a least
+ * damping at neutral (MODE_DAMPING in loop_tune.c). Fourth, the acceleration that the sensors'
+ * noise causes must be small (NOISE_SHARE in loop_tune.c). Ordinary threads; heap. */
 #ifndef HEXID_LOOP_TUNE_H
 #define HEXID_LOOP_TUNE_H
 
@@ -29,8 +30,8 @@
 #define TUNE_BANDWIDTH (1.0 / 3.0)
 /* least delay margin of the loop with control.modal, as a share of the delay margin without it */
 #define TUNE_MODAL_DELAY 0.5
-/* share of limits.following_m that the error of a leg may reach because kff suits only the mean of
- * both directions */
+/* largest error of a leg at its fastest motion, as a share of limits.following_m. It arises because
+ * kff fits only the mean of the speeds in both directions */
 #define TUNE_FOLLOWING 0.7
 
 /* One margin, in the pose and the mode in which it is least. */
@@ -47,12 +48,13 @@ struct loop_standing {
     struct loop_least phase_deg, delay_s;
     struct loop_least damping;   /* damping ratio of the slowest mode, at neutral and on the way
                                   * down to parking */
-    double noise_mps2, noise_most_mps2;   /* shaking by the sensors' noise, and the most that is
-                                           * accepted */
+    double noise_mps2, noise_most_mps2;   /* rms acceleration that the sensors' noise causes, and
+                                           * the largest accepted one */
     struct loop_least amplitude; /* largest error of a mode's amplitude, relative to its reference,
                                   * at the configured tests' frequencies, at neutral */
-    double following_m;          /* error of a leg's length at the fastest motion, because kff is
-                                  * one value, but the speeds at full opening differ by direction */
+    double following_m;          /* error of a leg's length at the fastest motion. It arises because
+                                  * kff is one value, but the speeds at full opening differ by
+                                  * direction */
     struct loop_mode_standing {  /* modes by ascending frequency, at neutral */
         enum dof dof;
         double oil_hz, oil_damping;       /* without a controller */
@@ -83,8 +85,8 @@ struct loop_tune {
 
 /* Finds gains. bus: the machine is on a field bus. parts: also look for the limiting part; each
  * part takes as long as finding the gains. Returns -2 if the supply cannot hold the platform up at
- * neutral, the configured controller has no weights (modal_init), or a delay exceeds
- * LOOP_DELAY_MOST cycles; -3 without memory. */
+ * neutral, modal_init() cannot compute the modal gains of the configured controller, or a delay
+ * exceeds LOOP_DELAY_MOST cycles; -3 without memory. */
 int loop_tune(const struct params *params, bool bus, bool parts, struct loop_tune *result, struct error *error);
 
 /* Finds gains for the machine as a survey found it at neutral, in place of the configured one:

@@ -65,7 +65,7 @@ __attribute__((format(printf, 2, 3))) static void keep(struct machine_found *f, 
     va_end(args);
 }
 
-/* Notes the intervals of values of one key, of which some may stay as configured. */
+/* Notes the widest interval of the values of one key. Values that stay as configured have none. */
 static void note_values(struct machine_found *f, const char *key, int count, const struct found_value x[], const double was[]) {
     double widest = 0.0;
     bool alike = true;
@@ -196,7 +196,6 @@ static struct found_value dry_of(const struct estimate *e, int leg) {
     return (struct found_value){0.5 * (e->value[extend] + e->value[retract]), 0.5 * sqrt(fmax(variance, 0.0))};
 }
 
-/* True if method C determined a leg's dry friction in both directions. */
 static bool dry_determined(const struct method_c *c, int leg) { return isfinite(c->dry_std[leg][0]) && isfinite(c->dry_std[leg][1]); }
 
 static void take_dry(struct machine_found *f, const struct params *configured, const struct method_c *c, const struct estimate *e,
@@ -261,9 +260,9 @@ static void take_factors(struct machine_found *f, const char *key, double value[
     note_values(f, key, LEGS, x, was);
 }
 
-/* The flow's factor: g / c of a chamber is the valve's gain over the piston's area. The deviations
- * of both chambers are averaged as fully correlated ones, because the chambers share length and
- * delay. */
+/* The factor of the valve's flow. In the laws of oil_columns.h, g / c of a chamber is the valve's
+ * gain divided by the piston's area. The deviations of both chambers are averaged as fully
+ * correlated ones, because the chambers share length and delay. */
 static struct found_value flow_factor(const struct oil_leg *found, const struct valve_flow *configured) {
     struct found_value by = {.std = isnan(found->stiffness) ? (double)NAN : 0.0};
     for (int i = 0; i < 2; i++) {
@@ -294,8 +293,8 @@ static void take_legs(struct machine_found *f, const struct loop_place *neutral,
     take_factors(f, "hydraulics.valve_flow_m3_per_s", f->params.hydraulics.valve_flow_m3_per_s, tolerance->valve_gain, flow);
 }
 
-/* Takes the leakage, which is determined where the oil is. It replaces the configured leakage times
- * the factor of the effect internal_leakage. */
+/* Takes the leakage, which is determined for each leg whose oil stiffness is determined. It
+ * replaces the configured leakage times the factor of the effect internal_leakage. */
 static void take_leakage(struct machine_found *f, const struct loop_survey *survey) {
     struct hydraulics_params *h = &f->params.hydraulics;
     struct effect_values *effect = &f->params.effects[effect_find("internal_leakage")];

@@ -1,11 +1,12 @@
 /* The configuration of the machine as an identification found it: payload and friction by method C,
  * and by a survey the stiffness of the oil, the valves' gains, the leakage and the delay.
  *
- * The error of a feed-forward is linear in these parameters, so its mean square is least with their
- * means given all that is known. A parameter was measured as x with the variance s^2, and the
- * configuration says n, uniform within a tolerance (model.tolerance), with the variance t^2: the
- * mean is n + w (x - n) with w = t^2 / (t^2 + s^2), and its variance w s^2. Method C's payload and
- * friction and a survey's oil do not depend on the configured values, so n is not counted twice.
+ * The error of a feed-forward is linear in these parameters, so its mean square is least if each
+ * parameter is set to its mean given all that is known. A parameter was measured as x with the
+ * variance s^2, and the configuration says n, uniform within a tolerance (model.tolerance), with
+ * the variance t^2: the mean is n + w (x - n) with w = t^2 / (t^2 + s^2), and its variance w s^2.
+ * Method C's payload and friction and a survey's oil do not depend on the configured values, so n
+ * is not counted twice.
  *
  * A stated tolerance may be wrong. The sum of (x - n)^2 / (s^2 + t^2) over a group (the values of
  * the payload, or one parameter of all legs) is a chi-square if the tolerance is right. If so large
@@ -26,7 +27,6 @@
 
 #define FOUND_CONTRADICTED 1e-3
 
-/* A value with its standard deviation. */
 struct found_value {
     double value, std;
 };

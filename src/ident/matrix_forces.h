@@ -10,8 +10,8 @@
  * machine has the simulated effects in its configuration, but the identification must find them. */
 void matrix_bare_machine(struct params *params);
 
-/* Adds the wrench that a symmetric matrix needs in addition to the configured one, at an
- * acceleration (inverse_dynamics_move): inertia, and the weight of the payload that the matrix
+/* Adds the wrench that a symmetric correction `mt` of the configured matrix needs at an
+ * acceleration (inverse_dynamics_move): inertia, and the weight of the payload that the correction
  * implies. */
 void matrix_wrench(const struct rigid_legs *legs, const double acceleration[DOFS], double gravity_mps2, const double mt[DOFS][DOFS],
                    double wrench[DOFS]);

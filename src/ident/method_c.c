@@ -95,7 +95,8 @@ static void suspect_init(const struct work *w, const double error[SYSTEMATICS], 
     systematic_undo(&w->cylinder, error, &w->data.test[test], &s->series);
 }
 
-/* Returns the place of a test's skew among those of equations. */
+/* Returns the index of a test's skew in w->departure. All segments of one recorded test share
+ * it. */
 static int skew_of(const struct work *w, int test) {
     int place = 0;
     for (int i = 1; i <= test; i++) place += w->data.test[i].of != w->data.test[i - 1].of;
@@ -270,7 +271,7 @@ static void expect_friction(struct work *w, int pass) {
         double most = 0.0, mean = 0.5 * fabs(w->x[DRY + 2 * k] + w->x[DRY + 2 * k + 1]);
         for (int i = 0; i < w->data.tests; i++) most = fmax(most, residual_variation(&w->data.test[i], CHANNEL_FORCE, k));
         w->sum->dry_n[k] = FIRST_SHARE * sqrt(most);
-        /* The first guess is an upper limit, because the estimate for a leg that hardly moves may
+        /* The first guess is an upper bound, because the estimate for a leg that hardly moves may
          * take any value. */
         if (pass) w->sum->dry_n[k] = fmin(w->sum->dry_n[k], mean);
     }
@@ -406,10 +407,10 @@ static void add_attenuation(struct work *w, const struct residual_test *t) {
         }
 }
 
-/* Adds the variance of a test's sum of squared residuals by rounding errors that repeat in every
- * cycle. These errors follow from where the lengths lie within the sensor's step. This is one draw
- * for the whole test, and legs that move alike have the same errors; therefore all rows together
- * count as one degree of freedom. Call this after invert(). */
+/* Adds the variance that rounding errors which repeat in every cycle give to a test's sum of
+ * squared residuals. These errors follow from where the lengths lie within the sensor's step. This
+ * is one draw for the whole test, and legs that move alike have the same errors; therefore all rows
+ * together count as one degree of freedom. Call this after invert(). */
 static void add_repeating(struct work *w, const struct residual_test *t) {
     double share = 0.0;
     for (int a = 0; a < t->size; a++)
@@ -506,7 +507,7 @@ static void find_rest(struct work *w) {
 }
 
 /* Makes the equations of a pass. The first pass finds the size of friction and a matrix, with
- * sensors and drawing as configured; each later one is linearised about the errors found before. */
+ * sensors and joints as configured; each later one is linearised about the errors found before. */
 static int pass(struct work *w, int number, struct error *error) {
     const struct tolerance_params *tolerance = &w->params->model.tolerance;
     struct test_skew before;

@@ -11,10 +11,10 @@
  * if model.tolerance allows any, with a prior of that width: at a single frequency they equal an
  * inertia of -K / w^2. `rest` is small near neutral and computed from the configured bodies:
  * velocity terms, the change of Mt with the pose, the legs' weight. If the payload differs from the
- * configured one, the difference of its weight is part of the entries' columns, so the stiffness by
- * this weight is not mistaken for inertia, as it is in method A. Effects in the configuration are
- * left out. The ripple that held commands leave in synchronous samples is subtracted
- * (residual_staircase).
+ * configured one, the difference of its weight is part of the entries' columns, so the stiffness
+ * that this weight causes is not mistaken for inertia, as it is in method A. Effects in the
+ * configuration are left out. The ripple that held commands leave in synchronous samples is
+ * subtracted (residual_staircase).
  *
  * Three kinds of dry friction are fitted beside the constants (friction_course.h): friction that
  * depends on speed (Stribeck, six basis functions), on the pressures, or on a seal that deforms
@@ -28,17 +28,16 @@
  * course. No friction law is assumed there: the covariance includes the variance of the course.
  * This variance depends on the size of friction, so several passes are made.
  *
- * The systematic errors of sensors and drawing (systematic.h) are unknowns, too; the skew of each
- * test may depart from that of all (skews.h); and the payload counts as one rigid body within
- * model.tolerance.rigidity (payload_prior()). Noise that is in the
- * columns as well as in the right-hand side biases the estimate (attenuation); the mean of this
- * bias is subtracted. A standard deviation includes the sensors' noise, enlarged if the rows
- * scatter by more; the systematic errors and the legs' masses, as far as the data do not determine
- * them; and the uncertainty of the attenuation. A value is NaN if it is not determined: an entry
- * whose deviation exceeds a fifth of sqrt(M_ii M_jj); friction whose deviation (for viscous
- * friction times the legs' rms speed) exceeds a tenth of the rms of the varying force in the leg
- * where it is largest; a spring whose deviation exceeds half of its prior's. Ordinary threads;
- * heap. */
+ * The systematic errors of sensors and configured joint positions (systematic.h) are unknowns, too;
+ * the skew of each test may depart from the common one (skews.h); and the payload counts as one
+ * rigid body within model.tolerance.rigidity (payload_prior()). Noise that is in the columns as
+ * well as in the right-hand side biases the estimate (attenuation); the mean of this bias is
+ * subtracted. A standard deviation includes the sensors' noise, enlarged if the rows scatter by
+ * more; the systematic errors and the legs' masses, as far as the data do not determine them; and
+ * the uncertainty of the attenuation. A value is NaN if it is not determined: an entry whose
+ * deviation exceeds a fifth of sqrt(M_ii M_jj); friction whose deviation (for viscous friction
+ * times the legs' rms speed) exceeds a tenth of the rms of the varying force in the leg where it is
+ * largest; a spring whose deviation exceeds half of its prior's. Ordinary threads; heap. */
 #ifndef HEXID_METHOD_C_H
 #define HEXID_METHOD_C_H
 
@@ -63,7 +62,7 @@ struct systematic_found {
 /* Causes of the uncertainty of an entry: the families of systematic errors, the legs' masses with
  * the payload's rigidity, attenuation, and noise. */
 enum { CAUSE_LEGS = FAMILIES, CAUSE_ATTENUATION, CAUSE_NOISE, CAUSES };
-const char *method_c_cause(int cause); /* its name */
+const char *method_c_cause(int cause); /* name of a cause */
 
 /* True if the data show a systematic error: zero is outside its 95 % interval. */
 bool method_c_found(const struct systematic_found *error);
@@ -81,7 +80,7 @@ struct method_c {
                                                   * N m/rad */
     struct systematic_found systematic[SYSTEMATICS];
     double skew_test_s;                          /* standard deviation of single tests' skews about
-                                                  * that of all (skews.h) */
+                                                  * the common one (skews.h) */
     double share[CAUSES][DOFS][DOFS];            /* share of each cause in an entry's variance */
     struct payload payload;
     struct matrix_at_pose at_pose;
@@ -101,7 +100,7 @@ int method_c_equations(const struct recording *recording, struct equations *equa
 int method_c_solve(const struct equations *equations, const struct params *configured, struct estimate *estimate, struct method_c *result,
                    struct error *error);
 
-/* Computes and solves the equations of one checked recording, by method_c_equations() and
+/* Computes and solves the equations of one admitted recording, by method_c_equations() and
  * method_c_solve(). */
 int method_c(const struct recording *recording, struct method_c *result, struct error *error);
 

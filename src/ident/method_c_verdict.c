@@ -30,7 +30,6 @@ static void check_body(const struct method_c_findings *f, double level, struct v
                     sqrt(p->impossible));
 }
 
-/* True if the data determine all entries. */
 static bool all_known(const struct method_c *m) {
     bool known = true;
     for (int i = 0; i < DOFS * DOFS; i++) known = known && !isnan(m->matrix.mt[i / DOFS][i % DOFS]);
@@ -226,10 +225,10 @@ static void check_areas(const struct method_c_findings *f, double level, struct 
                 100.0 * score / information, 100.0 * NUMERIC_95 / sqrt(information), 100.0 / sqrt(prior));
 }
 
-/* Fails systematic errors that are likely each, but not together: something that is not among
- * them, such as wrong diameters or a sensor that is not linear, needs many. If the priors are
- * right, the estimates have the prior covariance less the posterior one; its eigenvectors against
- * the prior are the combinations that the data tell independently. */
+/* Fails systematic errors that are likely each, but not together: an error that is not among the
+ * unknowns, such as wrong diameters or a sensor that is not linear, is explained by many of them at
+ * once. If the priors are right, the estimates have the prior covariance less the posterior one;
+ * its eigenvectors against the prior are the combinations that the data tell independently. */
 static void check_all_systematic(const struct method_c_findings *f, double level, struct verdict *v) {
     struct errors e;
     int judged[LIN_MAX], n = 0, degrees = 0;

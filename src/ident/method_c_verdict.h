@@ -3,12 +3,13 @@
  * Each check is a statistical test, whose statistic has a known distribution for a true result:
  *
  *   fit        residuals of the rows, whose noise is estimated from the cycles: Student's t
- *   systematic no systematic error of sensors and drawing is further from zero than its prior
+ *   systematic no systematic error of sensors or joints is further from zero than its prior
  *              allows: two-sided normal tests
  *   areas      the gains of all P2 do not differ from those of all P1, as wrong diameters would
  *              make them: two-sided normal test
- *   all systematic of the errors that the data tell (at most LIN_MAX; none if one fails by itself)
- *              the combinations that they tell independently: chi-square of their number
+ *   all systematic the systematic errors that the data determine (at most LIN_MAX) are together
+ *              likely: chi-square of the number of combinations that the data determine
+ *              independently; not checked if one error fails by itself
  *   calibration a known weight and legs on their stops have the readings predicted from motion and
  *              priors: two-sided normal tests
  *   body       squared distance of the payload from the nearest body of positive density, which is
@@ -37,8 +38,8 @@ struct method_c_findings {
     const double (*nominal)[DOFS]; /* configured inertia matrix at neutral */
 };
 
-/* Judges a result of method_c_solve(). Undetermined values are judged, too, with their wide
- * covariance. */
+/* Judges a result of method_c_solve(). Undetermined values are judged, too, each with its large
+ * variance. */
 struct verdict method_c_verdict(const struct method_c_findings *f);
 
 /* Returns the verdict of method C if it has no result: VERDICT_NOT_EVALUATED. reason: why there is

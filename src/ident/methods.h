@@ -39,8 +39,9 @@ struct test_result {
     double pose_rms[DOFS], wrench_rms[DOFS]; /* rms residuals of the fit */
     double pose_std[DOFS], wrench_std[DOFS]; /* standard deviations of the fundamental's
                                               * coefficients, if the residual is white */
-    /* Leg (0..5) whose mean length is farthest from the mean length by its reference, and this
-     * difference, m, positive if the leg is too long; 0 without a reference. */
+    /* off_leg: leg (0..5) whose mean length is farthest from the mean of its lengths in the
+     * reference poses. off_m: this difference, m, positive if the leg is too long; 0 without a
+     * reference. */
     double off_m;
     int off_leg;
     struct testimony witness;    /* result of the consistency check of the readings */

@@ -121,7 +121,8 @@ static void set_values(struct recording_sample *s, const double value[VALUES]) {
     s->refused = REFUSED_NOT;
 }
 
-/* Sums at one instant of the pass, relative to the first value there. */
+/* Sums over the passes at one instant of the pass. The first value at that instant is subtracted
+ * from all to avoid cancellation. */
 struct place {
     int count;
     double first[VALUES], sum[VALUES], square[VALUES];

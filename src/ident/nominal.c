@@ -7,10 +7,15 @@
 /*  symbol     meaning                                               unit
  *  q = T a_i  lever arm of the upper joint                          m
  *  j          row of the Jacobian of leg rates, [n', (q x n)']      -, m
- *  g          ma (L-ra)^2 + mb rb^2 + ia + ib, of a turning leg     kg m^2
- *  b = g/L^2  the leg's mass felt at the upper joint, across it     kg
+ *  L          length of the leg                                     m
+ *  ma, mb     masses of the leg's upper and lower part              kg
+ *  ra, rb     mass centres, from the upper and the lower joint      m
+ *  ia, ib     transverse inertias about these centres               kg m^2
+ *  g          ma (L-ra)^2 + mb rb^2 + ia + ib, inertia of the leg   kg m^2
+ *             about its lower joint
+ *  b = g/L^2  mass of the leg at the upper joint, across the leg    kg
  *
- * With M_leg = ma n n' + b (I - n n') and Ja = [I, -q~]:
+ * With n the leg's direction, M_leg = ma n n' + b (I - n n') and Ja = [I, -q~]:
  *
  *  Ja' M_leg Ja = b Ja' Ja + (ma - b) j j',  Ja' Ja = [I, -q~; q~, q'q I - q q']. */
 

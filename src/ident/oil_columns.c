@@ -95,8 +95,8 @@ static void fill_row(const struct leg_data *d, int chamber, int tone, double com
 }
 
 struct fit {
-    /* squares: weighted sum of squared residuals; scatter: rms residual as a multiple of what the
-     * weights say, which scales the covariance */
+    /* squares: weighted sum of squared residuals; scatter: rms residual as a multiple of the rms
+     * that the weights predict; the covariance is scaled by its square */
     double value[UNKNOWNS], covariance[UNKNOWNS][UNKNOWNS], squares, scatter;
 };
 
@@ -195,7 +195,7 @@ static double find_delay(struct leg_data *d, struct fit fit[2]) {
 }
 
 /* Fits a chamber again about the null found so far, because the law is not linear in it. The error
- * of the law is then the one that the residuals show. */
+ * of the square-root law is then estimated from the residuals. */
 static void refit(struct leg_data *d, int chamber, struct fit *fit) {
     for (int i = 0; i < REFITS; i++) {
         d->null_bias[chamber] += fit->value[NULL_BIAS] / fit->value[GAIN];

@@ -16,7 +16,7 @@
  * of the square-root law. This error is a share of the piston's flow: 2 % while the delay is looked
  * for, then as the residuals show, at most 2 %. Stiffness: k = A1 c1 + A2 c2 (= E (A1^2/V1 +
  * A2^2/V2), volumes with the hoses between valve and chamber). The leakage driven by the difference
- * of the pressures is (a + b) A / 2 c; if all of it is across the piston, a = b.
+ * of the pressures is (a + b) A / (2 c); if all of it is across the piston, a = b.
  *
  * Rigid eigenfrequencies at neutral: Mt xddot + J' diag(k) J x = 0. Ordinary threads; heap. */
 #ifndef HEXID_OIL_COLUMNS_H
@@ -55,8 +55,8 @@ int oil_columns_find(const struct multisine_mean *mean, const struct params *par
 
 struct oil_mode {
     double hz, hz_std;      /* eigenfrequency; NaN: not determined */
-    /* Motion of the axes, m and rad: 1 in the largest axis, with angles counted at the upper
-     * joints' radius. */
+    /* Motion of the axes, m and rad: 1 in the axis that moves most, with angles multiplied by the
+     * upper joints' radius. */
     double shape[DOFS];
     double motion[LEGS];    /* motion of the legs in that shape, m */
     /* Mass per squared motion of the legs: shape' Mt shape / sum of motion^2, kg. */

@@ -218,8 +218,8 @@ struct least_squares {
     double misfit;
 };
 
-/* Solves the least squares. covariance: factored. Returns false if the ten numbers are not
- * determined. */
+/* Solves the least squares. covariance: its Cholesky factor. Returns false if the ten numbers are
+ * not determined. */
 static bool solve(struct least_squares *s, const double part[MATRIX_ENTRIES], double covariance[MATRIX_ENTRIES][MATRIX_ENTRIES]) {
     double solved[MATRIX_ENTRIES], rest[MATRIX_ENTRIES], sum = 0.0;
     memset(s, 0, sizeof *s);

@@ -15,10 +15,8 @@
 #include "kinematics.h"
 #include "types.h"
 
-enum {
-    MATRIX_ENTRIES = DOFS * (DOFS + 1) / 2
-}; /* order of the entries: (1,1) (1,2) .. (1,6) (2,2)
-                                                  * .. (6,6) */
+/* Number of entries of a symmetric matrix, in the order (1,1) (1,2) .. (1,6) (2,2) .. (6,6). */
+enum { MATRIX_ENTRIES = DOFS * (DOFS + 1) / 2 };
 enum { PAYLOAD_MASS, PAYLOAD_CENTER, PAYLOAD_INERTIA = PAYLOAD_CENTER + 3, PAYLOAD_VALUES = PAYLOAD_INERTIA + 6 };
 /* "mass_kg", "center_x_m" .., "inertia_xx_kg_m2", then yy zz xy xz yz */
 extern const char *const payload_names[PAYLOAD_VALUES];
@@ -59,8 +57,8 @@ struct payload payload_find(const struct params *params, const struct kinematics
 /* True if a body of positive density can have these values (as in struct payload). */
 bool payload_possible(const double value[PAYLOAD_VALUES]);
 
-/* Makes these values the configured ones; their centre is relative to the configured one, which
- * moves. */
+/* Writes these values into a configuration. Their centre is relative to the configured one, to
+ * which it is added. */
 struct payload_params;
 void payload_configure(const double value[PAYLOAD_VALUES], struct payload_params *configured);
 

@@ -23,8 +23,8 @@ static const double LAG_S = 0.016;
 static const double REVERSAL = 0.05;
 /* Share of a slope's amplitude within which its two directions are compared. */
 static const double SLOPE_MIDDLE = 0.5;
-/* Share of the reference's displacement that the platform must cover to count as following; a play
- * too wide for that is not measured. */
+/* Share of the reference's displacement that the platform must cover to count as following.
+ * Backlash so wide that the platform does not follow is not measured. */
 static const double SLOPE_FOLLOWED = 0.5;
 static const double HANN_SQUARE = 1.5; /* mean square of the Hann window 1 - cos */
 
@@ -72,7 +72,7 @@ static void join(struct quality_record *r, int before, int after) {
 }
 
 /* Takes each piece's amplitude from the recorded reference, so that an old log keeps its meaning if
- * a later hexid chooses another amplitude. */
+ * a later version of hexid chooses a different amplitude. */
 static int take_reference(const struct quality_record *r, struct quality_plan *plan, struct error *error) {
     for (struct quality_piece *p = plan->piece; p < plan->piece + plan->pieces; p++) {
         double product = 0.0, square = 0.0, off = 0.0;
@@ -176,7 +176,7 @@ static double complex bin_acceleration(const struct window *w, const double (*di
     return amplitude(w, differences, channel, bin) * radps * radps / (2.0 - 2.0 * cos(radps * lag * w->step_s));
 }
 
-/* Sums of squares of the bins that an answer has beside its tone. */
+/* Sums of squares of all bins of a response but the tone's. */
 struct bins_beside {
     double low, high, noise, moved; /* of accelerations; moved: of displacements */
     double near;                    /* mean square of the displacement's bins near the tone */
@@ -197,7 +197,7 @@ static struct bins_beside take_bins(const struct window *w, const double (*pose)
         double moved = square(bin <= 2 * p->periods ? cabs(amplitude(w, pose, p->dof, bin)) : far);
         int order = bin % p->periods ? 0 : bin / p->periods;
         /* true from half the tone's frequency on; displacements of lower bins do not count, because
-         * the rest of the ramp-in is large there */
+         * the decaying transient of the ramp-in is large there */
         bool above = 2 * bin >= p->periods;
         if (!order && above && bin - p->periods <= wide) r.near += moved, nearby++;
         if (order == 1 || bin > bin_of(w, QUALITY_BAND_HZ)) continue;
@@ -217,7 +217,7 @@ static struct bins_beside take_bins(const struct window *w, const double (*pose)
 static double peak(const struct window *w, const double *beside, const struct quality_piece *p, double lead_rad, bool reversals) {
     double most = 0.0;
     for (int n = 0; n < w->samples; n++) {
-        /* time in half periods of the answer, a whole number at its reversals */
+        /* time in half periods of the response, a whole number at its reversals */
         double half = 2.0 * p->periods * (double)n / w->samples + lead_rad / PI - 0.5;
         if (!reversals || fabs(half - round(half)) <= 2.0 * REVERSAL) most = fmax(most, fabs(beside[n]));
     }
@@ -288,8 +288,8 @@ static double middle_error(const struct quality_piece *p, const struct quality_r
 }
 
 /* True if the platform followed within the first quarter, from the reference `followed` on, and
- * covered at least SLOPE_FOLLOWED of the distance between two peaks. In a play wider than the
- * triangle the platform would rest on one side, as if there were no play. */
+ * covered at least SLOPE_FOLLOWED of the distance between two peaks. If the backlash is wider than
+ * the triangle, the platform rests on one side, which looks like no backlash at all. */
 static bool follows(const struct quality_piece *p, const struct quality_record *r, double followed) {
     int quarter = p->samples / QUALITY_QUARTERS, up = p->begin + quarter, down = up + 2 * quarter;
     double way = r->pose[up][p->dof] - r->pose[down][p->dof];

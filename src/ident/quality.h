@@ -31,9 +31,9 @@ void quality_record_free(struct quality_record *r);
  * again, the earlier samples are dropped. */
 void quality_record_take(struct quality_record *r, const struct quality_plan *plan, double begin_s, const struct cycle *cycle);
 
-/* Joins the gaps by straight lines, and sets the plan's amplitudes to the recorded ones. Returns -2
- * if more than most_pct % of a piece's samples are missing, or if the recorded reference is not the
- * plan's motion. */
+/* Fills the gaps by linear interpolation, and sets the plan's amplitudes to the recorded ones.
+ * Returns -2 if more than most_pct % of a piece's samples are missing, or if the recorded reference
+ * is not the plan's motion. */
 int quality_record_settle(struct quality_record *r, struct quality_plan *plan, double most_pct, struct error *error);
 
 /* One tone of one axis. */
@@ -43,12 +43,12 @@ struct quality_tone {
                                 * own axis, each in m or rad */
     double std; /* standard deviation of the own axis's gain, of its real and of its imaginary part;
                  * for a gain near 1 also that of its phase, rad */
-    double coherence; /* share of the tone in the mean square of the answer from half of the tone's
-                       * frequency to QUALITY_BAND_HZ */
-    /* acceleration of the answer beside the tone, that is at all other frequencies up to
-     * QUALITY_BAND_HZ, over that at the tone. low: harmonics 2 and 3; high: higher ones; noise: all
-     * that is no harmonic. These three are rms over rms; peak: peak of their sum over the tone's
-     * amplitude. NaN: such harmonics are beyond QUALITY_BAND_HZ */
+    double coherence; /* share of the tone in the mean square of the response from half of the
+                       * tone's frequency to QUALITY_BAND_HZ */
+    /* acceleration of the response at all frequencies up to QUALITY_BAND_HZ other than the tone's,
+     * divided by that at the tone. low: harmonics 2 and 3; high: higher ones; noise: everything
+     * that is not a harmonic. These three are rms divided by rms. peak: peak of their sum divided
+     * by the tone's amplitude. NaN: such harmonics are beyond QUALITY_BAND_HZ */
     double low, high, noise, peak;
 };
 
@@ -66,7 +66,8 @@ struct quality_axis {
     double lag_s; /* phase over frequency of the 0.5 Hz tone */
     double dead_s, half_s; /* delay at a tenth and at half of a step's height */
     double excursion, rate, accel; /* largest amplitudes reached in sines */
-    double turn_around; /* peak acceleration beside the tone at the reversals of the 0.5 Hz tone */
+    double turn_around; /* peak acceleration at the reversals of the 0.5 Hz tone, without that of
+                         * the tone itself */
 };
 
 struct quality {
@@ -92,7 +93,7 @@ double quality_cross(const struct quality *q, int driven, int tone, int dof);
 /* The largest of quality_cross() of all other axes. */
 double quality_cross_most(const struct quality *q, int driven, int tone);
 
-/* The larger value; NaN if one is NaN, which fmax() passes over. */
+/* The larger value; NaN if either is NaN, unlike fmax(), which ignores NaN. */
 double quality_worse(double most, double value);
 
 /* Phase of a tone, degrees, continued from the axis's lower tones so that it does not jump. */

@@ -11,7 +11,8 @@ enum { QUALITY_CHECKS = 15 };
 
 struct quality_check {
     const char *key, *unit, *what;  /* key in the section `qualify`; what is measured, for people */
-    bool least;                     /* the limit is a lower one */
+    bool least;                     /* true: `limit` is the least accepted value; false: the
+                                     * largest */
     double value, limit;            /* the worst value, NaN: not measured; limit 0: none */
     bool lacks;                     /* an axis or a tone has no value */
     enum verdict_status status;     /* VERDICT_NOT_EVALUATED if there is no limit or no value, or if
@@ -25,9 +26,9 @@ struct quality_change {
     double gain_pct, phase_deg;     /* change on the tone's own axis. All members are NaN if the
                                      * other measurement has no tone of this frequency and
                                      * amplitude */
-    double mps2;                    /* the change of the answer as an acceleration, at the tone's
+    double mps2;                    /* the change of the response as an acceleration, at the tone's
                                      * amplitude */
-    double of_noise;                /* the change of the answer, divided by the standard deviation
+    double of_noise;                /* the change of the response, divided by the standard deviation
                                      * that the noise of both measurements gives it */
 };
 

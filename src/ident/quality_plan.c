@@ -11,10 +11,11 @@
 #include "units.h"
 
 static const double tone_hz[QUALITY_TONES] = {0.1, 0.2, 0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 14.0, 20.0};
-/* Frequency of the highest tone, as a share of the loop's rate: above it the half cycle by which
- * held commands lag is more than a fifth of a radian. */
+/* Frequency of the highest tone, as a share of the loop's rate: above it the lag by half a cycle,
+ * which the held commands have, is more than a fifth of a radian. */
 static const double OF_RATE = 1.0 / 16.0;
-/* Shortest cycle: the motion has a knot of 104 bytes for each of its cycles, 120 MB here. */
+/* Shortest cycle: the motion has a knot of 104 bytes for each cycle, which makes 120 MB with this
+ * cycle. */
 static const double LEAST_STEP_S = 5e-4;
 /* Longest cycle: half its rate is the highest frequency at which noise is measured. */
 static const double MOST_STEP_S = 0.01;
@@ -33,7 +34,7 @@ static const double TONE_SHARE = 0.1, STEP_SHARE = 0.2, SLOPE_SHARE = 0.005, REA
 static const double STOP_SHARE = 0.3;
 /* Largest acceleration of the legs in tones and steps, as a multiple of limits.oscillation_mps2. */
 static const double OF_OSCILLATION = 2.0;
-/* Share of limits.oscillation_mps2 by which the rms acceleration of an answer may exceed that of
+/* Share of limits.oscillation_mps2 by which the rms acceleration of the platform may exceed that of
  * its reference, as the linear loop predicts it. */
 static const double OF_ALLOWED = 0.7;
 /* Largest angle of a long motion: 20 degrees, well before legs meet. */
@@ -52,7 +53,7 @@ struct response {
                        * harmonics of a fast motion, may excite it */
 };
 
-/* Largest amplitude of a mode's answer at this frequency, relative to its reference. */
+/* Largest amplitude of a mode at this frequency, relative to its reference. */
 static double resonance(const struct response *r, double hz) {
     double most = 0.0;
     for (int mode = 0; mode < DOFS; mode++) {
@@ -78,9 +79,9 @@ static bool find_response(struct response *r, const struct params *params, bool 
 
 /* SAFETY: the monitor of oscillations stops a motion whose rms acceleration exceeds 1.8 times the
  * reference's by limits.oscillation_mps2, and a resonance rings on when the reference has faded
- * out. Returns the largest safe amplitude of the reference's acceleration: the rms of an answer
- * that is `answers` times as large then exceeds the reference's by OF_ALLOWED of that limit.
- * Infinite if the answer is not larger. */
+ * out. Returns the largest safe amplitude of the reference's acceleration: if the platform responds
+ * with `answers` times that amplitude, its rms exceeds the reference's by OF_ALLOWED of that limit.
+ * Infinite if the response is not larger than the reference. */
 static double accel_allowed_mps2(double answers, const struct params *params) {
     return answers > 1.0 ? sqrt(2.0) * OF_ALLOWED * params->limits.oscillation_mps2 / (answers - 1.0) : HUGE_VAL;
 }

@@ -1,7 +1,7 @@
 /* The motion of `hexid run --qualify`: pieces one after another, each on one axis and each from
  * rest at neutral to rest at neutral. A pure function of the configuration, so that `hexid qualify`
- * finds the pieces of a log again by the configuration in it. Ordinary threads; heap for the
- * trajectory.
+ * finds the pieces in a log from the configuration that the log contains. Ordinary threads; heap
+ * for the trajectory.
  *
  *   rest   8 s at neutral: noise
  *   tone   one sine, in whole periods: describing function. Its number of periods and of samples
@@ -49,7 +49,8 @@ struct quality_plan {
     double step_s;             /* period of the loop */
     double arm_m;              /* kinematics.arm_m: angles count as lengths at the upper joints */
     int tones;                 /* tones of each axis */
-    double ramp_out_s;         /* least tests.ramp_out_s with which any stop is slow enough */
+    double ramp_out_s;         /* least tests.ramp_out_s with which a stop at any time keeps the
+                                * legs slow enough */
     int cycles;                /* duration of the motion in periods of the loop */
     int pieces;
     struct quality_piece piece[QUALITY_PIECES];

@@ -16,7 +16,7 @@ struct test_skew skews_now(const struct equations *e) {
     return now;
 }
 
-/* Inverse of a test's own normal equation. */
+/* The factor (D'WD + 1/size^2)^-1 of skews.h, for one test. */
 static double gain(const struct test_skew *test, double size) { return 1.0 / (test->product[SKEW] + 1.0 / square(size)); }
 
 static void eliminate(struct equations *e, const struct test_skew *test, double size) {

@@ -1,6 +1,7 @@
 /* Skews of single tests. The common skew of lengths and pressures (systematic.h) is an unknown that
- * all tests of a machine share. Where devices run freely, or a recorder is started anew for each
- * test, a test's skew departs from it by a draw d of its own, of mean zero.
+ * all tests of a machine share. If the devices' clocks run freely, or a recorder is started anew
+ * for each test, a test's skew departs from the common one by a random value d of its own, of mean
+ * zero.
  *
  * In the rows of test t the departure has the same column D as the common skew. With the other
  * unknowns x, all tests together minimise
@@ -13,8 +14,8 @@
  *
  * The size, at most model.tolerance.skew_test_s, is found from the data, by the iteration of
  * basis_sizes.h: at the maximum of the likelihood size^2 is sum d^2, divided by the number of
- * departures that the data determine, sum (1 - variance / size^2). Tests that share a skew then
- * hardly cost accuracy. Pure, no heap. */
+ * departures that the data determine, sum (1 - variance / size^2). If all tests do share one skew,
+ * the departures then hardly cost accuracy. Pure, no heap. */
 #ifndef HEXID_SKEWS_H
 #define HEXID_SKEWS_H
 

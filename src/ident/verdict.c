@@ -179,9 +179,9 @@ static bool all_determined(const struct method_result *m) {
     return true;
 }
 
-/* Judges whether the groups of a long motion saw the same machine. Friction that changes as seals
- * warm up is only noted. A matrix that changes fails the run, because the matrix of a machine is
- * constant. */
+/* Judges whether the machine was the same in all groups of parts of a long motion. Friction that
+ * changes as seals warm up is only noted. A matrix that changes fails the run, because the matrix
+ * of a machine is constant. */
 static void check_over_time(const struct agreement *a, struct verdict *v) {
     bool used[AGREEMENT_LOGS][AGREEMENT_VALUES] = {{0}}, matrix = false;
     struct agreement_place worst = {0}, place;

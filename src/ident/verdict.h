@@ -49,7 +49,7 @@ struct verdict verdict_of_matrix(const struct params *params, const struct ident
                                  const char *name);
 
 /* Judges the run from its data's verdict, which v->run holds before the call, and from the methods'
- * verdicts in `v`; and judges methods A, modified A and B by method C, where that passes
+ * verdicts in `v`; and judges methods A, modified A and B by method C if its own result passes
  * (checks.symmetry_pct). A motion that method C refused is not evaluated, unless its tests are
  * complete but shorter than method C needs (RECORDING_CYCLES): then a note says so. If the
  * recording contradicts the configured machine, neither a method nor the run is evaluated. */

@@ -142,9 +142,9 @@ static double geometry_variance(const struct params *params, const double length
     return variance;
 }
 
-/* Finds the part of the reading, kg, by the drift of the zeros between the logs, and the variance
- * of this part. The readings at rest and the prior of the drift are weighed against each other.
- * Without rests the drift counts as zero, with the prior's variance. */
+/* Finds the part of the reading, kg, that the drift of the zeros between the logs causes, and the
+ * variance of this part. The drift is the change of the readings at rest, weighted against its
+ * prior of mean zero. Without rests the drift counts as zero, with the prior's variance. */
 static double drift_kg(const struct weighing_log *without, const struct weighing_log *with, const struct params *params,
                        const double lift[LEGS], double *variance_kg2) {
     const struct cylinder_areas *area = &with->sums->area;

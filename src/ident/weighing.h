@@ -2,8 +2,8 @@
  * without and with it. Inertia and viscous friction are in neither mean. The zeros of the pressures
  * are the same in both, except for their drift, which the readings at rest show (rest.h). The dry
  * friction of a leg is the same as long as it moves in one direction. But a loaded leg extends for
- * another share of the time: the friction that method C found, times the change of this share, is
- * subtracted. Besides the weight, the difference contains the gains of the pressures:
+ * a different share of the time: the friction that method C found, times the change of this share,
+ * is subtracted. Besides the weight, the difference contains the gains of the pressures:
  *
  *   m = -sum over legs of n_z (A1 dP1 - A2 dP2) / g,      n the leg's direction, z down
  *
@@ -85,7 +85,7 @@ struct weight {
 /* Finds the reading of a weight. friction: result of method C for the log without the weight.
  * Returns -2 if fewer than WEIGHING_LEAST tests are in both logs, their pressures at rest differ by
  * more than drift allows, a leg's dry friction is not determined, or the reading is too uncertain
- * or too far from such a weight. */
+ * or too far from the stated weight. */
 int weighing_find(const struct weighing_log *without, const struct weighing_log *with, const struct params *params, struct weight weight,
                   const struct method_c *friction, struct weighing_found *found, struct error *error);
 

@@ -10,8 +10,8 @@
  *     drifts, sensors were exchanged, a valve or a sample stuck for a while; a length that drifts
  *     moves the platform away, and the weight shifts between the legs.)
  *
- * Periods are joined to blocks of at least 100 samples, so that the sensors' noise averages out
- * alike at every rate. Pure, no heap. */
+ * Periods are joined into blocks of at least 100 samples, so that the sensors' noise averages out
+ * at low sampling rates, too. Pure, no heap. */
 #ifndef HEXID_WITNESS_H
 #define HEXID_WITNESS_H
 
