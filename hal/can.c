@@ -12,10 +12,10 @@
  * frames are sent as a trial (jam_s). If the bus carries the queued frames later, they reach nodes
  * whose watchdog has centred the valve and which ignore commands in pre-operational.
  *
- * A socket is lost with its interface (an adapter was unplugged). A thread of the back-end checks
- * the interface four times a second and opens a socket on the new interface of the same name; the
- * loop, which never waits, then uses that socket. Nodes and platform are then in the same state as
- * after any other loss of the bus.
+ * When an interface disappears, because its adapter was unplugged, its socket is useless. A thread
+ * of the back-end checks the interface four times a second and opens a socket on the new interface
+ * of the same name; the loop, which never waits, then uses that socket. Nodes and platform are then
+ * in the same state as after any other loss of the bus.
  *
  * SAFETY: one master. Before it sends anything, bring-up listens: a frame that only a master
  * sends ends it, and the running master is not disturbed. Later such a frame, unless it is an
@@ -124,8 +124,8 @@ static int refuse_second(const struct can_frame *heard, const char *interface, s
                      interface, interface, can_frame_of_master(heard), (unsigned)heard->can_id);
 }
 
-/* SAFETY: listens for three heartbeat periods, at most 0.5 s, before it sends; a running hexid
- * would send SYNC every cycle. */
+/* SAFETY: listens for three heartbeat periods, at most 0.5 s, before anything is sent. A running
+ * hexid would send SYNC in every cycle of that time. */
 static int listen_first(struct can *c, const char *interface, struct error *error) {
     int64_t three_ns = 3 * ns_from_seconds(c->master.params->can.heartbeat_s), most_ns = LISTEN_MAX_MS * NS_PER_MS;
     int64_t end_ns = monotonic_ns() + (three_ns < most_ns ? three_ns : most_ns);

@@ -47,8 +47,8 @@ enum {
 /* Bits of node 7's outputs. */
 enum { OUTPUT_SUPPLY = 1u << 0 };
 
-/* Identifiers of frames (COB-IDs) without the node's number, and the masks of their function code
- * and node number. */
+/* Identifiers of frames (COB-IDs) without the node's number, and the masks that select the function
+ * code and the node's number. */
 enum {
     COB_NMT = 0x000,
     COB_SYNC = 0x080,
@@ -164,8 +164,8 @@ static inline int can_group(int node) { return (node - 1) / CAN_GROUP_NODES; }
 static inline int can_place(int node) { return (node - 1) % CAN_GROUP_NODES; }
 static inline unsigned can_rpdo_cob(int group) { return COB_RPDO + 1u + (unsigned)(CAN_GROUP_NODES * group); }
 
-/* Returns the largest number of bits of a frame with an 11-bit identifier and `data_bytes` bytes of
- * data, with the most stuff bits and the gap to the next frame. */
+/* Returns the largest number of bits that a frame with an 11-bit identifier and `data_bytes` bytes
+ * of data takes on the bus: with worst-case bit stuffing and the interframe space. */
 int can_frame_bits(int data_bytes);
 
 /* Returns the number of expected nodes: six, and node 7 if an input or output is wired. */

@@ -382,8 +382,8 @@ static void drive_setup(struct can_master *m, struct can_peer *p, int node, int6
     p->deadline_ns = now_ns + START_MS * NS_PER_MS;
 }
 
-/* Asks a lost node for any reply, because a node whose boot-up was missed is silent: its heartbeat
- * is off until its set-up. */
+/* Sends a lost node a request, because any reply shows that the node is there. A node whose boot-up
+ * was missed is silent otherwise: its heartbeat is off until its set-up. */
 static void ask(struct can_master *m, struct can_peer *p, int node, int64_t now_ns, struct can_queue *out) {
     struct step step;
     if (now_ns < p->deadline_ns || out->count >= REQUESTS || !setup_step(m, node, 0, &step)) return;

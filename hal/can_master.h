@@ -20,9 +20,9 @@
  * SAFETY: one master. CAN frames carry no sender, but echoes of own frames are marked: any other
  * frame that only a master sends makes the next sample SAMPLE_FOREIGN.
  *
- * A lost node is asked for an SDO reply twice a second, and is set up again whenever it comes back.
- * The supervisor and the operator decide whether the platform may move again, because every sample
- * is invalid while a node is not running.
+ * A lost node is sent an SDO request twice a second, and is set up again as soon as it replies or
+ * sends a heartbeat. The supervisor and the operator decide whether the platform may move again,
+ * because every sample is invalid while a node is not running.
  *
  * A cycle: the window of a sample opens with the echo of a SYNC, at the moment when the bus carried
  * it, and closes with the next echo. If all TPDOs, including the one of the inputs, come in the
@@ -38,8 +38,8 @@
  * that is always late halves the rate, and every sample is marked late.
  *
  * A command that is sent inverts the supply output if the loop has changed the requested level
- * since the previous command was sent, even if it has changed it back. So the life sign continues
- * even if every second cycle pauses.
+ * since the previous command was sent, even if the level is now what it was then. So the life sign
+ * continues even if every second cycle pauses.
  *
  * SAFETY: one node, one answer. A bus may repeat a frame once; a node that keeps answering twice is
  * two devices with one number, and nobody knows which one is right. Two different TPDOs of a node
@@ -115,7 +115,7 @@ struct can_master {
                                 * sample, with FOREIGN_HEARD; 0: none */
     int64_t heartbeat_due_ns;
     uint64_t syncs;            /* number of own SYNCs that the bus has carried */
-    int unechoed;             /* number of SYNCs sent since the last one that the bus has carried */
+    int unechoed;             /* number of SYNCs sent since the last echo of a SYNC */
     int64_t sync_ns, gap_ns;   /* time of the last SYNC's echo, and time from the previous echo to
                                 * it */
     bool doubt;                /* a TPDO of an older window may still arrive */

@@ -156,7 +156,8 @@ static uint32_t refuse_value(const struct can_dictionary *d, const struct can_ob
     case 0x160001:
     case 0x160002:
     case 0x160003: return refuse_mapping(d, value);
-    /* readings are latched by SYNC and sent unasked: all other types of a TPDO are refused */
+    /* only the synchronous types 0 to 240 are accepted, because readings are latched by SYNC and
+     * sent without a request */
     case 0x180002: return value > 240 ? SDO_VALUE : 0;
     default: return 0;
     }

@@ -6,7 +6,7 @@ enum { OWNER_MS = 150 };
 
 static bool pdo_on(uint32_t cob) { return !(cob & PDO_OFF); }
 
-/* True if the node uses this identifier for EMCY, SYNC or a PDO other than the object `index`. */
+/* True if an object other than `index` (EMCY, SYNC or a PDO) already uses this identifier. */
 static bool taken(const struct can_node *n, uint16_t index, uint32_t cob) {
     uint32_t sync = can_node_get(n, 0x1005, 0) & CAN_SFF_MASK, rpdo = can_node_get(n, 0x1400, 1), tpdo = can_node_get(n, 0x1800, 1);
     return cob == can_node_get(n, 0x1014, 0) || (index != 0x1005 && cob == sync) || (index != 0x1400 && cob == rpdo) ||

@@ -58,8 +58,8 @@ struct can_arrival {
 int can_socket_send(const struct can_socket *s, const struct can_frame *frame, int count);
 
 /* RT. Receives frames in their order and returns their number; fewer than CAN_BATCH if no more
- * wait; -1: interface down or gone. Frames that are not classic CAN are skipped; CAN_RAW delivers
- * none. */
+ * wait; -1: interface down or gone. Frames other than classic CAN are skipped, although CAN_RAW
+ * should not deliver any. */
 int can_socket_receive(const struct can_socket *s, struct can_arrival arrival[CAN_BATCH]);
 
 int64_t can_realtime_ns(void);

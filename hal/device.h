@@ -36,8 +36,8 @@ void device_live(struct device *d, const struct hal_command *command, int64_t no
  * their nodes have centred. */
 void device_valves(struct device *d, const double valve[LEGS]);
 
-/* SAFETY: call at least every millisecond. Without a device_live() the machine goes on with the
- * last valves, and after the watchdog's time with centred ones; returns true while they are centred
+/* SAFETY: call at least every millisecond. Without a call of device_live() the valves keep their
+ * last openings, and the watchdog centres them after its time; returns true while they are centred
  * for that reason. */
 bool device_tick(struct device *d, int64_t now_ns);
 

@@ -2,7 +2,7 @@
  * client API. Blocking, for a separate thread.
  *
  * Time-outs are for the whole answer: libmodbus restarts its byte time-out with every byte, so that
- * a slow answer, byte after byte, would block a call for ever. The byte time-out is switched off,
+ * an answer whose bytes come slowly would block a call for ever. The byte time-out is switched off,
  * which makes the response time-out apply to the whole response.
  *
  * An address, as in `modbus:ADDRESS`, is tcp://HOST:PORT, or rtu:DEVICE?baud=N with 8 data bits, no
@@ -41,7 +41,7 @@ void modbus_link_close(struct modbus_link *link);
 /* Changes the time-out of an answer, from the next request on. */
 void modbus_link_set_timeout(struct modbus_link *link, double timeout_s);
 
-/* A serial line is kept silent between the last byte and the next request, first for
+/* A serial line is kept silent between the last byte and the next request, at first for
  * modbus_silence_s(). This call shortens the silence to modbus_kept_silence_s(). It returns
  * STATUS_USAGE, and names a sufficient loop.period_s, if in both of two tries the device misses a
  * request that follows an answer after the shorter silence. Other failures are not reported here,
@@ -58,8 +58,8 @@ int modbus_link_exchange(struct modbus_link *link, int write_address, int writes
 /* Returns when sending of the last request began, after the silence; CLOCK_MONOTONIC. */
 int64_t modbus_link_begun_ns(const struct modbus_link *link);
 
-/* Returns how often bytes that are long enough for an answer came after the request had been
- * answered, which means that a second device answers too. */
+/* Returns how many times enough bytes for an answer came after the request had already been
+ * answered, which means that a second device answers, too. */
 unsigned modbus_link_unasked(const struct modbus_link *link);
 
 /* Notes that the last answer belonged to an earlier request, so that the missing answer may still

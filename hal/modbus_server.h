@@ -7,7 +7,8 @@
  * watchdog's time. The owner commands over the connection of its claim; on a serial line, which has
  * no connections, with the token in every write. A write by anybody else changes nothing, is
  * answered with exception 6 (server device busy), and counts in MODBUS_FOREIGN, which the master
- * reads in every cycle. A refused claim does not count, since this is how a second master asks. */
+ * reads in every cycle. A refused claim does not count, since by claiming a second master finds out
+ * that the machine is taken. */
 #ifndef HEXID_MODBUS_SERVER_H
 #define HEXID_MODBUS_SERVER_H
 

@@ -107,7 +107,7 @@ struct effect {
 
     /* Parameters of the base model whose changes look nearly the same as this effect, by their
      * names in src/gap/base.c and src/residual/systematic.c. hypothesis_parallel()
-     * (src/gap/hypothesis.h) decides which of them are fitted beside the effect. */
+     * (src/gap/hypothesis.h) decides which of them are fitted together with the effect. */
     const char *parallel_to[EFFECT_TIES];
     /* Effects that are limiting cases of this one; if such a case explains the data as well, it is
      * preferred. */

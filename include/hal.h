@@ -39,9 +39,9 @@ struct hal_ops {
      * it is. Called on every fault and at the end. Signal-safe. */
     void (*safe)(struct hal *hal);
     void (*close)(struct hal *hal);
-    /* Optional, NULL if absent; any thread: writes what fails on the way from hexid to the machine,
-     * in words for the operator; "" if nothing does. If the interface itself fails, nothing beyond
-     * it is mentioned. */
+    /* Optional, NULL if absent; any thread: describes the present failure between hexid and the
+     * machine in words for the operator; "" if there is none. If the interface itself fails,
+     * nothing beyond it is mentioned. */
     void (*describe)(const struct hal *hal, char *text, size_t size);
 };
 

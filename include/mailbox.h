@@ -1,6 +1,7 @@
-/* Latest-value mailbox for a request, from ordinary threads to the loop, which itself only posts
- * parks: id and command are one 64-bit atomic, so neither side ever waits. Several writers are
- * allowed; a reader sees the newest request and recognises a new one by its id. */
+/* Latest-value mailbox that passes requests from ordinary threads to the loop; the loop itself
+ * posts only requests to park. Id and command are one 64-bit atomic, so neither side ever waits.
+ * Several writers are allowed; a reader sees the newest request and recognises a new one by its
+ * id. */
 #ifndef HEXID_MAILBOX_H
 #define HEXID_MAILBOX_H
 
@@ -27,9 +28,9 @@ static inline struct request mailbox_read(const struct mailbox *m) {
     return (struct request){.id = (uint32_t)(word >> 32), .command = (enum command)(word & 0xffffffffu)};
 }
 
-/* Passes gains from one writer thread to other threads: new gains to the loop, beside a mailbox, or
- * the present gains from the loop. The version is odd during a write and changes with each write,
- * so that a reader detects a mixture of two writes. */
+/* Passes gains from one writer thread to other threads: new gains to the loop, together with a
+ * COMMAND_SET in the mailbox, or the present gains from the loop. The version is odd during a write
+ * and changes with each write, so that a reader detects a mixture of two writes. */
 struct gains_box {
     _Atomic uint32_t version;
     _Atomic double value[LOOP_GAINS];

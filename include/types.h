@@ -33,8 +33,8 @@ enum {
     SAMPLE_FOREIGN = 1u << 6, /* another master commands this machine */
     SAMPLE_OPEN = 1u << 7,    /* an interlock that must be closed is open, or INPUT_LINGERS is
                                * set */
-    SAMPLE_UNWRITTEN = 1u << 8, /* beside SAMPLE_IO: the sample was read, but the previous command
-                                 * was not written */
+    SAMPLE_UNWRITTEN = 1u << 8, /* set together with SAMPLE_IO: the sample was read, but the
+                                 * previous command was not written */
     SAMPLE_TWIN = 1u << 9,      /* two devices answer under one address (hal_sample.twins) */
     SAMPLE_FLAGS = 10,
 };
@@ -47,8 +47,8 @@ enum {
     INPUT_SUPPLY = 1u << 3,       /* the supply has pressure */
     INPUTS = 4,
     INPUTS_ALL = (1u << INPUTS) - 1,
-    INPUT_LINGERS = 1u << INPUTS,   /* not an input, but set beside open inputs: the supply has
-                                     * pressure although it is off */
+    INPUT_LINGERS = 1u << INPUTS,   /* not an input, but used in sets of wrong inputs: the supply
+                                     * has pressure although it is off */
 };
 
 /* Sample of the hardware abstraction layer: lengths and pressures latched together at one instant,
@@ -65,8 +65,8 @@ struct hal_sample {
     uint32_t contradicted;  /* INPUT_... whose two contacts contradict each other; they count as
                              * open */
     int64_t missed;         /* number of deadlines that the loop missed before this cycle */
-    uint32_t twins;         /* set beside SAMPLE_TWIN: 1u << leg if two devices answer for a leg; 0
-                             * if they answer for the inputs or an unknown leg */
+    uint32_t twins;         /* with SAMPLE_TWIN: 1u << leg if two devices answer for a leg; 0 if
+                             * they answer for the inputs or an unknown leg */
     double length_m[LEGS];  /* length of each leg, from joint to joint */
     double p1_pa[LEGS];     /* gauge pressure on the rodless side */
     double p2_pa[LEGS];     /* gauge pressure on the rod side */
@@ -94,7 +94,8 @@ enum state {
 };
 extern const char *const state_names[STATES];
 
-/* Bits of faults. A fault stays latched until reset; the first one is the headline. */
+/* Bits of faults. A fault stays latched until reset. The first one is the headline (first_fault),
+ * unless a later fault stops a platform that the first one only parks (supervisor_judge()). */
 enum {
     FAULT_SENSOR_AGE = 1u << 0,
     FAULT_SENSOR_INVALID = 1u << 1,
@@ -182,8 +183,8 @@ struct cycle {
     uint32_t request_id;   /* id of the last request that was processed; 0: none */
     enum command request;  /* that request's command; no message carries either, but an event
                             * reports each new one */
-    bool unattended;       /* the loop parks because nobody takes stops (loop_attend()); no message
-                            * carries it, but an event reports it */
+    bool unattended;       /* the loop parks because the thread that takes stops is held up
+                            * (loop_attend()); no message carries it, but an event reports it */
     struct gains gains;    /* gains with which `out` was computed; no message carries them, but a
                             * change is an event, after which the log has a new configuration */
     int test;              /* index in the list of tests; -1 outside a test */

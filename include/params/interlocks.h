@@ -9,8 +9,9 @@ struct interlock_params {         /* SAFETY: true for each input or output that 
     bool emergency_stop, enable, door, pressure;
     bool supply;                  /* the output that keeps the supply on */
     double pressure_s;            /* longest time until the input `pressure` closes after the supply
-                                   * is switched on; if of the two only `supply` is wired, pressure
-                                   * counts as present after this time; if neither is, at once */
+                                   * is switched on. If `supply` is wired and `pressure` is not,
+                                   * pressure counts as present after this time; if neither is
+                                   * wired, at once */
     bool antivalent;              /* each input has two contacts, one inverse
                                    * (src/core/interlock.h) */
     double discrepancy_s;    /* longest time for which the two contacts may contradict each other */

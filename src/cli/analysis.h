@@ -37,13 +37,14 @@ struct analysis {
                                      * them */
     int64_t missed, longest_ns;     /* number of deadlines missed in a row up to the last cycle,
                                      * and the longest delay among them */
-    struct recording recording;     /* recording for method C: the first samples of each test, of
-                                     * one of an axis at most a sixth of ANALYSIS_SAMPLES */
+    struct recording recording;     /* recording for method C: the first samples of each test; at
+                                     * most ANALYSIS_SAMPLES / 6 of a test of an axis */
     struct parts parts;             /* earlier parts of a motion that is longer than
                                      * ANALYSIS_PART_S */
     int parts_test;             /* index, in the list of tests, of the motion whose parts are in
                                  * `parts` */
-    struct measured_recording measured; /* what analysis_identify() measured of the recording */
+    struct measured_recording measured; /* frequencies and spectra of the recording; filled by
+                                         * analysis_identify() */
     struct admission admission;
     struct equations equations;     /* method C's equations of the recording */
     struct estimate estimate; /* solution of the equations */

@@ -54,9 +54,9 @@ int options_parse(struct options *o, int argc, char **argv, const char *allowed,
 int options_measured(struct options *o, struct error *error);
 
 /* Returns the path of the configuration that is used without -c: config/tian2015.yaml of the
- * current directory (a checkout), else the installed one, found relative to this program
- * (PREFIX/etc/hexid, for /usr/bin /etc/hexid). NULL: neither exists, and the built-in configuration
- * is used. `installed` is memory for the path. */
+ * current directory (a checkout), else the installed one, found relative to this program: in
+ * PREFIX/etc/hexid for a program in PREFIX/bin, or in /etc/hexid for one in /usr/bin. NULL: neither
+ * exists, and the built-in configuration is used. `installed` is memory for the path. */
 const char *options_default_config(char installed[PATH_MAX]);
 
 /* Reads the configuration of -c, or without -c that of options_default_config(), and applies --set.

@@ -35,7 +35,8 @@
 #include "units.h"
 
 /* distance of the main thread's SCHED_FIFO priority below the loop's. The main thread passes stops
- * to the loop, so it has priority over everything but the loop and the field bus */
+ * to the loop, so it has priority over everything but the loop and the threads of signals and field
+ * bus */
 enum { STOP_PATH_BELOW_LOOP = 2 };
 static const double STD_PCT = 0.5; /* wanted standard deviation of a survey's proposals if --std is
                                     * not given, % */
@@ -119,7 +120,7 @@ static enum clock_kind clock_of(const struct session *s) {
     return s->hal->ops->simulated && realtime_of(s) != REALTIME_REQUIRE ? CLOCK_PACED : CLOCK_REAL;
 }
 
-/* Returns the machine's own URL, which is what follows the last prefix of a simulated fault. */
+/* Returns the machine's own URL, without the prefixes of simulated faults. */
 static const char *machine_url(const struct session *s) {
     const char *last = strrchr(s->options.hal, ';');
     return last ? last + 1 : s->options.hal;

@@ -10,8 +10,8 @@
 
 enum { LCM_TRIES = 3, ALSO_SIZE = 200 };
 
-/* Sends stop or park over LCM, too, where nothing answers. Returns a sentence about the outcome; ""
- * if no LCM bus is configured. */
+/* Sends stop or park over LCM, too, which carries no answers. Returns a sentence about the outcome;
+ * "" if no LCM bus is configured. */
 static const char *by_lcm(const struct asked *q) {
     struct error error;
     struct bus *bus;

@@ -93,7 +93,7 @@ int doctor_processors(const struct doctor *d, int cpu[PROCESSORS_MAX]);
  * The text is at most as long as finding.found. */
 json_t *doctor_text(const char *text);
 
-double doctor_now_s(void); /* Returns the time of CLOCK_MONOTONIC. */
+double doctor_now_s(void); /* Returns the time of CLOCK_MONOTONIC, s. */
 
 /* ---- doctor_machine.c: the configuration ---- */
 doctor_check check_configuration, check_machine, check_kinematics, check_workspace, check_strokes, check_cylinders, check_payload,

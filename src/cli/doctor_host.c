@@ -69,7 +69,8 @@ struct finding check_realtime(const struct doctor *d) {
     return finding(LEVEL_OK, "", "SCHED_FIFO %d, memory locked%s", d->params->loop.priority, d->params->loop.cpu >= 0 ? ", pinned" : "");
 }
 
-/* Checks how much memory the daemon may lock, because `hexid doctor` itself locks less. */
+/* Compares the limit of locked memory with what the daemon locks. A trial would not suffice,
+ * because `hexid doctor` itself locks less. */
 struct finding check_locked_memory(const struct doctor *d) {
     char status[8192], limits[4096];
     if (!doctor_read(d, status, sizeof status, "/proc/self/status") || !doctor_read(d, limits, sizeof limits, "/proc/self/limits"))

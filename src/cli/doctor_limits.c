@@ -18,7 +18,8 @@ static const double RATE_MOST = 2.0;       /* largest limits.leg_rate_mps, as a 
 static const double FOLLOWING_MOST = 0.1;  /* largest limits.following_m and standstill_m, as a
                                             * share of the stroke */
 static const double PRESSURE_MOST = 2.5;   /* largest limits.pressure_max_pa, as a multiple of the
-                                            * supply's pressure; a chamber's peaks are lower */
+                                            * supply's pressure (or 1.1 of the sensors' full scale
+                                            * if that is more); a chamber's peaks are lower */
 static const double PRESSURE_LEAST_PA = -1.01325e5; /* gauge pressure of a vacuum, the lowest
                                                      * possible */
 static const double PRESSURE_SPAN = 0.5;   /* lowest limits.pressure_min_pa: minus this share of the

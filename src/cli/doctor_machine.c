@@ -253,7 +253,8 @@ static struct finding judge_kff(const struct doctor *d) {
 /* Checks control.kff: if the feed-forward does not match the valve, a leg runs ahead of its
  * reference or lags behind it, in proportion to its speed, and kp has to compensate. The law
  * `model` has its own feed-forward and uses kff only while the PID replaces it; on a field bus it
- * also needs control.delay_s, and the whole delay must not be longer than it can look ahead. */
+ * also needs control.delay_s, and the whole delay must not be longer than the time that the law can
+ * look ahead. */
 struct finding check_feed_forward(const struct doctor *d) {
     if (!doctor_drives(d)) return finding_none();
     const struct params *p = d->params;

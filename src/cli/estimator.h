@@ -16,7 +16,7 @@ struct estimator {
     /* State of the worker. The mutex protects it. */
     enum { ESTIMATOR_IDLE, ESTIMATOR_BUSY, ESTIMATOR_DONE } state;
     bool ends;
-    struct measured_recording measured; /* of `recording`; the worker's own */
+    struct measured_recording measured; /* measurements of `recording`; only the worker uses them */
     struct recording recording;   /* only the worker may use it while the worker is busy */
     struct equations equations;
     struct error error;
@@ -41,8 +41,8 @@ bool estimator_ready(struct estimator *e);
 bool estimator_take(struct estimator *e, bool wait, struct equations *equations, struct error *error);
 
 /* Sets up the equations in the calling thread: settles, measures and admits the raw recording, and
- * makes the equations of what was measured, a struct that is zero. The caller frees it, even after
- * an error. */
+ * makes the equations from `measured`, which must be zeroed before. The caller frees `measured`,
+ * even after an error. */
 int estimator_equations(struct recording *raw, struct measured_recording *measured, struct admission *admission,
                         struct equations *equations, struct error *error);
 

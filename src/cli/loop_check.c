@@ -146,8 +146,8 @@ double loop_check_off_m(const struct loop_check *c, const struct params *p) {
     return p->control.kp > 0.0 ? fabs(c->kff_suits - p->control.kff) * loop_fastest_mps(p) / p->control.kp : 0.0;
 }
 
-/* Describes a mode: "z at 12.3 Hz, damping -0.02". A real pole has no frequency: "z settles 3.1
- * times in a second". */
+/* Describes a mode: "z at 12.3 Hz, damping -0.02". A real pole has no frequency; "z settles 3.1
+ * times in a second" then states the factor by which the mode decays in a second. */
 static int describe_mode(const struct loop_worst *w, char *text, size_t size) {
     if (!w->known) return snprintf(text, size, "its numbers are beyond computing");
     if (w->pole.radps > 0.0)

@@ -35,9 +35,9 @@ struct loop_check {
                           * single key does, or `state` is LOOP_DAMPED or LOOP_UNKNOWN */
     double now, suits, damping;            /* current value of `key`, a suitable value, and the
                                             * damping ratio at neutral with the suitable value */
-    double kff_suits, out_mps, in_mps;     /* mean of the legs at neutral: control.kff that matches
-                                            * the valves, and speeds of extension and retraction at
-                                            * full opening */
+    double kff_suits, out_mps, in_mps;     /* means over the legs at neutral: the control.kff that
+                                            * matches the valves, and the speeds of extension and
+                                            * retraction at full opening */
 };
 
 /* Checks the closed loop. bus: the machine is on a field bus, where commands act at least one cycle

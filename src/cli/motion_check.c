@@ -14,8 +14,8 @@
 static const double stop_every = 0.1;   /* interval between the stops that are tried, as a share of
                                          * the ramp-out's duration; a tenth finds the largest effect
                                          * of the ramp-out's steepest part to within a hundredth */
-/* if a period has at least this many cycles, one period has a cycle near every phase, so that stops
- * in one period stand for stops in all */
+/* number of cycles from which on a period has a cycle near every phase, so that stops in one period
+ * stand for stops in all periods */
 enum { PERIOD_TICKS = 64 };
 /* number of halvings of the interval 0 to 1 that find the scale to a hundredth */
 enum { SCALES = 7 };
@@ -103,8 +103,8 @@ static double opening_of(const struct walk *w, int leg, int in) {
 }
 
 /* Returns the force that is left to a piston at this speed, in the direction in which chamber `in`
- * fills: the left side of the equation of motion_check.h. The leakage, which depends on the
- * pressures, solves a quadratic equation. */
+ * fills: the left side of the equation of motion_check.h. The leakage depends on the pressures and
+ * is therefore the solution of a quadratic equation. */
 static double force_left_n(const struct walk *w, int leg, int in, double mps) {
     const struct valve_flow *f = &w->flow[leg];
     double opening = opening_of(w, leg, in), leaks = f->leakage_m3_per_s_pa, ai = f->area_m2[in], ao = f->area_m2[1 - in];
@@ -159,7 +159,7 @@ static bool check_cycle(struct walk *w) {
         double before_m = w->length_m[0][k], now_m = w->length_m[1][k], next_m = w->length_m[2][k];
         in.leg[k][0] = now_m, in.leg[k][1] = (next_m - before_m) / (2 * dt_s);
         in.leg[k][2] = (next_m - 2 * now_m + before_m) / (dt_s * dt_s);
-        /* the deflection at which the seals slide, the largest possible */
+        /* the seals are taken as sliding, where their deflection is largest */
         in.deflection[k] = inverse_dynamics_direction(in.leg[k][1], in.leg[k][2], dt_s);
         if (!check_length(w, k) || !check_rate(w, k, in.leg[k][1])) return false;
     }
@@ -205,9 +205,9 @@ static double period_s(const struct walk *w, enum dof dof) {
     return w->trajectory ? trajectory_s(w->trajectory) / w->trajectory->passes : (double)INFINITY;
 }
 
-/* Returns true if a stop is tried at this instant, which is so at every tenth of the ramp-out's
- * duration. If the motion repeats after PERIOD_TICKS or more, only stops in the ramp-in and the
- * first period are tried, and of a trajectory also those near its end, where the ramp-out extends
+/* Returns true if a stop is tried at this instant. Stops are tried at intervals of a tenth of the
+ * ramp-out's duration. If the motion repeats after PERIOD_TICKS or more, they are tried only in the
+ * ramp-in and the first period, and for a trajectory also near its end, where the ramp-out extends
  * beyond the last pass. */
 static bool stops_here(const struct walk *w, const struct reference *r) {
     const struct test_params *t = &w->params->tests;

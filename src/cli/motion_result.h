@@ -16,10 +16,10 @@ struct motion_result {
     double test_time_s;          /* time in the test at its last cycle */
 };
 
-/* Takes the next cycle of a run; ignores cycles outside such a test. */
+/* Takes the next cycle of a run; ignores cycles that are not in a test that belongs to no axis. */
 void motion_take(struct motion_result *m, const struct params *params, const struct cycle *cycle);
 
-/* Adds to the verdict if such a test is not complete or has too many samples excluded. */
+/* Adds a reason to the verdict if the test is not complete or has too many samples excluded. */
 void motion_judge(const struct motion_result *m, const struct params *params, struct verdict *verdict);
 
 #endif

@@ -75,8 +75,8 @@ static void owe(struct operator *o, const struct operator_waiting *w) {
     if (place >= 0) o->stop[place] = *w;
 }
 
-/* SAFETY: posts a stop or park. If the loop has not seen the last park yet, a stop is posted as
- * another park, because it would replace that park in the mailbox. */
+/* SAFETY: posts a stop or park. If the loop has not seen the last park yet, a park is posted in
+ * place of a stop, because the stop would replace that park in the mailbox. */
 static void post_stop(struct operator *o, enum command command) {
     if (stop_under_way(o) && o->stop_command == COMMAND_PARK) command = COMMAND_PARK;
     o->stop_id = mailbox_post(&o->loop->requests, command);
@@ -86,7 +86,7 @@ static void post_stop(struct operator *o, enum command command) {
 enum { WHY_SIZE = 200 };
 
 /* SAFETY: returns why these gains are not set: the state does not allow it, the client computed
- * with another configuration or other gains than the daemon's, or the change is too large. NULL:
+ * with a configuration or with gains that are not the daemon's, or the change is too large. NULL:
  * they may be set. */
 static const char *why_not_set(const struct operator *o, const struct gain_change *c, char text[WHY_SIZE]) {
     struct gains now = loop_gains(o->loop);
@@ -103,8 +103,9 @@ static const char *why_not_set(const struct operator *o, const struct gain_chang
 }
 
 /* SAFETY: posts a command that moves the machine or sets gains. It is refused if the peer lacks the
- * permission, the configuration forbids such commands, the loop parks because nobody took stops, a
- * stop is pending, or another operator's command is pending. */
+ * permission, the configuration forbids such commands, the loop parks because the thread that takes
+ * stops was held up, a stop or another operator's command is pending, no lease is free, or
+ * why_not_set() has a reason. */
 static void move(struct operator *o, uint64_t peer, const struct command_request *r, bool may_move, int64_t now_ns) {
     const char *why = NULL;
     char text[WHY_SIZE];
@@ -176,8 +177,8 @@ static void grant_lease(struct operator *o, const struct operator_waiting *w, in
 static void withdraw(struct operator *o) {
     o->moves = false;
     if (o->move.command != COMMAND_SET) post_stop(o, o->move.command == COMMAND_START ? COMMAND_STOP : COMMAND_PARK);
-    else if (!stop_under_way(o)) { /* a set is replaced by nothing, because a stop would end another
-                                    * peer's motion */
+    else if (!stop_under_way(o)) { /* a set is replaced by COMMAND_NONE, because a stop would end
+                                    * another peer's motion */
         o->stop_id = mailbox_post(&o->loop->requests, COMMAND_NONE);
         o->stop_command = COMMAND_NONE;
     }
@@ -211,8 +212,8 @@ static void answer_move(struct operator *o, int64_t now_ns) {
         return;
     }
     o->moves = false;
-    if (w.command == COMMAND_SET) { /* the loop's gains show whether the set had an effect, whatever
-                                     * request it acted on last */
+    if (w.command == COMMAND_SET) { /* the loop's gains show whether the set had an effect,
+                                     * whichever request the loop acted on last */
         struct gains now = loop_gains(o->loop);
         bool other = acted.request_id != w.request_id;
         if (gains_equal(&now, &o->wanted)) tell_gains(o, w.peer, w.id);

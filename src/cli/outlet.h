@@ -12,7 +12,7 @@
 struct outlet {
     FILE *out;  /* stream that collects the text until outlet_flush() passes it on; any thread may
                  * write */
-    int into;                /* write end of the pipe, under `out` */
+    int into;                /* write end of the pipe, to which `out` writes */
     int from, to;            /* read end of the pipe, and destination of the text */
     pthread_t thread;
     _Atomic long copied;     /* number of writes to `to`, which shows progress */

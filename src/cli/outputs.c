@@ -60,8 +60,8 @@ static bool same(const struct file *a, const struct file *b) {
     return !strcmp(a->last, b->last) && !stat(a->folder, &here) && !stat(b->folder, &there) && same_file(&here, &there);
 }
 
-/* Returns true if the file is also an input, as one of the CSV files or the config.yaml of this
- * input directory; `name` gets its path there. */
+/* Returns true if the output is also an input: one of the CSV files, or the config.yaml, of this
+ * input directory. `name` gets its path there. */
 static bool is_in(const struct file *written, const struct file *directory, char *name, size_t size) {
     struct dirent **files;
     struct stat s;

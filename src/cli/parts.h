@@ -15,9 +15,9 @@ struct parts {
     struct estimator estimator;
     struct equations *part;  /* equations of the parts, an array of PARTS elements and one more for
                               * parts_take() */
-    int count, joined;   /* number of elements of part[] in use, each but the last the sum of
-                          * `joined` parts, a power of two */
-    int in_last;             /* number of parts in the sum of the last of these elements */
+    int count, joined;   /* number of elements of part[] in use; each but the last is the sum of
+                          * `joined` parts; `joined` is a power of two */
+    int in_last;             /* number of parts that the last element in use is the sum of */
     int all, left_out;       /* numbers of all parts, and of parts without equations (at rest, or
                               * too short) */
     bool dropped;            /* parts_clear() was called since the last part was closed, so that

@@ -23,9 +23,9 @@ static const double UNWANTED = 0.7;      /* share of checks.unwanted_pct that a 
 static const double LONGER = 4.0;          /* duration of the second prediction, as a multiple of
                                             * the shortest duration; predictions for two durations
                                             * determine how the variance depends on the duration */
-static const double NEAR = 1.1;     /* longest useful test: it brings the standard deviation to this
-                                     * multiple of the floor that it approaches with growing
-                                     * duration */
+static const double NEAR = 1.1;     /* standard deviation that the longest useful test reaches, as a
+                                     * multiple of the floor which the standard deviation approaches
+                                     * with growing duration */
 static const double SHORTEST_S = 5.0, LONGEST_S[] = {[PROPOSAL_SINES] = 95.0, [PROPOSAL_MULTISINE] = 30.0};
                                            /* LONGEST_S is limited because method C uses only the
                                             * first 50000 samples of a test of an axis, 100 s at
@@ -82,8 +82,9 @@ static double sine_hz(const struct loop_survey *s, const struct params *params, 
     return floor_to(HZ_STEP, best_hz);
 }
 
-/* Sets the amplitudes so that the fastest leg reaches this rate: by each axis alone, or for a
- * multisine when the peaks of all axes coincide, in proportion to their shares. */
+/* Sets the amplitudes so that the fastest leg reaches this rate: in the test of each axis, or in a
+ * multisine when the peaks of all axes coincide; there the axes contribute to the rate in
+ * proportion to their shares. */
 static void set_amplitudes(struct design *d, double rate_mps) {
     struct test_params *t = &d->trial.tests;
     double most = 0.0;
@@ -203,9 +204,10 @@ static double predict_for(struct design *d, double duration_s, struct excitation
 
 static bool close_enough(double found, double wanted) { return fabs(sqrt(found / wanted) - 1.0) < REACHED; }
 
-/* Reduces the amplitudes until the shortest test is only as good as wanted. The variance is assumed
- * proportional to amplitude^-n, with n > 2 because dry friction matters more at lower speeds.
- * Amplitudes that miss the wanted deviation are discarded. */
+/* Reduces the amplitudes until the shortest test is only as good as wanted. The variance is taken
+ * as proportional to amplitude^-n; n is 2 at first and is then found from the predictions; it is
+ * larger, because dry friction matters more at lower speeds. Amplitudes that miss the wanted
+ * deviation are discarded. */
 static int find_amplitude(struct design *d, double wanted, double first, struct excitation *e, struct error *error) {
     struct test_params largest = d->trial.tests, best = largest;
     struct excitation of_best = *e;

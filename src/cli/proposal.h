@@ -1,7 +1,7 @@
 /* Proposes, from a survey's results, a test that reaches a wanted standard deviation of Mt:
  * frequencies, amplitudes and duration within the limits of stroke, rate and flow.
  *
- * Frequencies are at most a third of the lowest oil column's eigenfrequency, where the resonance
+ * Frequencies are at most a third of the oil columns' lowest eigenfrequency, where the resonance
  * amplifies the motion by an eighth, and at most half the frequency of the loop's lowest pole pair.
  *
  * Sines, one axis after another. Each axis has the highest frequency at which its amplitude
@@ -32,9 +32,9 @@ struct proposal {
     struct test_params tests;       /* proposed tests; settling and ramps are as configured */
     struct excitation predicted;
     double start_pct;               /* multisine: worst entry's deviation before the search, with
-                                     * equal shares of the rate, for a test as long as those of the
-                                     * search */
-    double best_pct;                /* multisine: the same after the search */
+                                     * equal shares of the rate; the test has the same length as
+                                     * those in the search */
+    double best_pct;                /* multisine: worst entry's deviation after the search */
     bool reached;                   /* the wanted deviation is reached, within 5 % */
 };
 

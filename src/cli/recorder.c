@@ -147,7 +147,7 @@ static void unattended(struct recorder *r, const struct cycle *c, const struct c
     if (up && !r->unattended.status) r->unattended = why;
 }
 
-/* Reports the inputs by which an automatic run is over. */
+/* Reports the open inputs that have ended an automatic run. */
 static void opened(struct recorder *r, const struct cycle *c, const struct cycle *before) {
     char text[240];
     if (!c->opened || before->opened) return;
@@ -219,8 +219,8 @@ static void publish_estimate(struct recorder *r, bool wait) {
 }
 
 /* Starts method C after each test while recording continues. If several tests end before it is
- * finished, it starts again only once. In virtual time `wait` makes it wait for the result, so that
- * repeated runs give the same log. */
+ * finished, it starts again only once. wait: this call waits for the result, which in virtual time
+ * makes repeated runs give the same log. */
 static void estimate(struct recorder *r, bool wait) {
     struct recording copy;
     struct error none;

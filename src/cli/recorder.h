@@ -21,13 +21,13 @@ struct recorder {
     struct log_writer *log;          /* NULL: there is no log */
     struct log_keeper *keeper;       /* process that makes the log's parts; NULL: the log is one
                                       * file */
-    int64_t part_bytes;              /* size at which a part of the log ends; so as not to split a
-                                      * test it may reach twice that size */
+    int64_t part_bytes;              /* size at which a part of the log ends; a part may grow to
+                                      * twice that size, so that no test is split */
     int64_t part_due_bytes;        /* size of the current part at which the next part is
                                     * requested */
     int part;                        /* number of the current part, from 1 */
     char part_path[PATH_MAX];        /* path of the current part; "" for the first part */
-    bool over_quota;                 /* it was reported that the logs exceed the quota */
+    bool over_quota;                 /* the logs exceed the quota, and this has been reported */
     const char *config;              /* the effective configuration, as text */
     char *changed;                   /* configuration with changed gains, to which `config` points
                                       * then; NULL: the gains were not changed */
@@ -57,8 +57,9 @@ struct recorder {
     struct error error;              /* first failure to write the log; status 0: none */
     struct error keeper_error;       /* error if the keeper has ended or hangs; status 0: it
                                       * works */
-    struct error unattended;         /* first report, while the platform was up, that nobody took
-                                      * stops (loop_attend()); status 0: there was none */
+    struct error unattended;         /* first report, while the platform was up, that the thread
+                                      * that takes stops was held up (loop_attend()); status 0:
+                                      * there was none */
     pthread_t thread;
 };
 

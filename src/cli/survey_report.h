@@ -17,15 +17,15 @@ struct test_judgement {
     double of_oil, of_loop;    /* the test's frequency divided by the lowest eigenfrequency of the
                                 * oil columns, and by that of the loop; NaN: there is no such
                                 * eigenfrequency */
-    double follow;             /* amplitude that the loop reaches at this frequency by the survey,
-                                * as a share of the reference's */
+    double follow;             /* amplitude that the loop reaches at this frequency according to the
+                                * survey, as a share of the reference's */
     double leg_m, leg_n;       /* length amplitude of the leg that moves most, and force amplitude
                                 * of the leg that pushes most */
     double noise_m, noise_n;   /* rms noise of one sample of length and of force, for the noisiest
                                 * leg; noise_m is at least the rounding error of a length */
-    bool below;                /* the test's frequency is below both eigenfrequencies (below the
-                                * loop's only if there is one); false if the oil columns have
-                                * none */
+    bool below;                /* the test's frequency is below the eigenfrequency of the oil
+                                * columns, and below that of the loop if there is one; false if the
+                                * oil columns have none */
     bool above_floor;          /* the amplitudes of length and force are above the noise */
 };
 

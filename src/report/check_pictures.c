@@ -17,8 +17,9 @@ static double start_s(const struct survey *s) { return s->test.sample[0].test_ti
 
 static double width_s(const struct survey *s) { return fmax(survey_seconds(s), 1e-9); }
 
-/* The first, the last, the least and the greatest value of a channel in one part of the time: in
- * one of POINTS parts, or with few samples in one sample. All are NaN if the part has no value. */
+/* The first, the last, the least and the greatest value of a channel in one part of the time. There
+ * are POINTS parts, or with few samples one for each sample. All are NaN if the part has no
+ * value. */
 struct ends {
     double first, last, low, high;
 };

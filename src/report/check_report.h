@@ -29,9 +29,9 @@ struct check_report {
     /* Tests that `hexid gap` excludes, because their evaluated part has no sample: "y, phi"; with
      * several logs "b.lcm: y; ...". */
     char left_out[CHECK_LIST_SIZE];
-    /* Answers of `hexid gap` and `hexid identify` to the data. Status 0: the command would take
-     * the data; the text is "" or, from identify, "verdict fail: reason". Otherwise the text says
-     * why the command would refuse the data. */
+    /* Results of asking whether `hexid gap` and `hexid identify` would take the data. Status 0: the
+     * command would take them; the text is "" or, from identify, "verdict fail: reason". Otherwise
+     * the text says why the command would refuse the data. */
     struct error gap, identify;
 };
 

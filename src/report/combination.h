@@ -26,14 +26,15 @@ struct combination {
 };
 
 /* Computes the verdict on several logs from all other members of `c`. The verdict fails if the logs
- * disagree, and names the values that are apart (at most eight), or the worst value if none is; it
- * also fails if a log's own verdict fails, or c->method_c does. Otherwise it is not evaluated if
- * entries remain undetermined, the logs have no determined value in common, or c->method_c is not
- * evaluated. */
+ * disagree, and names the values that differ significantly between the logs (at most eight), or the
+ * worst value if no single one does; it also fails if a log's own verdict fails, or c->method_c
+ * does. Otherwise it is not evaluated if entries remain undetermined, the logs have no determined
+ * value in common, or c->method_c is not evaluated. */
 struct verdict combination_verdict(const struct combination *c);
 
 /* Prints a table with one column for each log, one for all logs together and one for the half width
- * of its 95 % interval, with a star at values that are apart; then agreement and verdict. */
+ * of its 95 % interval, with a star at values that differ significantly from the other logs; then
+ * agreement and verdict. */
 void combination_table_print(FILE *out, const struct combination *c);
 
 /* Returns the result as JSON, schema hexid.identifications/1: "logs", each a hexid.identification/1

@@ -24,8 +24,8 @@ static const char *const kickers[GAP_VERDICTS] = {
     [GAP_PARTLY_NAMED] = "Missing in the model, beside something that no law makes",
 };
 
-/* How many of the effects found the configuration already has, but with another size: none, some or
- * all. If the result is ambiguous, SOME_GIVEN is used even for all. */
+/* Number of found effects that are already in the configuration, but with another size: none, some
+ * or all. If the result is ambiguous, SOME_GIVEN is used even for all. */
 enum given { NONE_GIVEN, SOME_GIVEN, ALL_GIVEN };
 
 static enum given given(const struct gap_result *r) {
@@ -50,7 +50,7 @@ static void effects_words(FILE *out, const struct gap_result *r) {
     }
 }
 
-/* Writes the verdict's statements in words, for a verdict that states a family. */
+/* Writes the verdict's statements in words, for a verdict that names a family of effects. */
 static void statements_words(FILE *out, const struct gap_result *r) {
     for (int i = 0; i < r->effects; i++) {
         fputs(joint(r, i), out);

@@ -50,7 +50,7 @@ static json_t *statements(const struct gap_result *r) {
 }
 
 /* Returns for each channel the rms difference above the noise floor on held-out data: the root of
- * its square less the squared noise floor. */
+ * the squared difference less the squared noise floor. */
 static json_t *remaining(const struct gap_result *r) {
     json_t *object = json_object();
     for (int ch = 0; ch < GAP_CHANNELS; ch++) {

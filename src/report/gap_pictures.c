@@ -14,7 +14,7 @@ const struct picture_unit picture_units[GAP_CHANNELS] = {
 
 static const char *const labels[GAP_CHANNELS] = {"length - mean", "force", "P1", "P2", "valve command"};
 
-/* Returns the distance of tics, of which about four fit between -size and size. */
+/* Returns a spacing of tics at which about four intervals fit between -size and size. */
 static double tic_step(double size) {
     double power = pow(10.0, floor(log10(size / 2.0))), lead = size / 2.0 / power;
     return power * (lead < 1.5 ? 1.0 : lead < 3.5 ? 2.0 : lead < 7.5 ? 5.0 : 10.0);
@@ -94,7 +94,7 @@ void picture_wave(FILE *script, const void *picture) {
     plot(script, p, NULL, "1:5", "1:6");
 }
 
-/* Sets no more tics than have room for their numbers. */
+/* Spaces the tics so far apart that their numbers do not overlap. */
 static void set_xtics(FILE *script, double low, double high) {
     if (high > low) fprintf(script, "set xtics %g\n", tic_step(0.5 * (high - low)));
 }

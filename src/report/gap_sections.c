@@ -42,8 +42,8 @@ const char *section_feature_words(const char *feature) {
     return feature;
 }
 
-/* Writes words for a platform with their plurals made singular, because a single axis has one
- * cylinder, valve and sensor. */
+/* Writes the words of an effect, which are meant for a platform, with singular nouns, because a
+ * single axis has one cylinder, valve and sensor. */
 static void singular(FILE *out, const char *plain) {
     static const char *const words[][2] = {
         {"cylinders", "cylinder"}, {"pistons", "piston"}, {"slower spools", "a slower spool"},     {"spools", "spool"},

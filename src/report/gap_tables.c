@@ -109,7 +109,7 @@ static int first_named(const struct gap_result *r) {
 }
 
 /* Returns the outcome of a candidate in words, or "". For a candidate that ranks before all named
- * effects it is the reason why it is not named. */
+ * effects, the words are the reason why that candidate is not named. */
 static const char *fate(const struct gap_result *r, int place) {
     int effect = r->candidate[place].effect;
     if (is_named(r, effect)) return "named";
@@ -177,7 +177,7 @@ void table_hypotheses(FILE *out, const struct gap_result *r) {
 
 /* --- numbers */
 
-/* Writes a row of the table of differences: each value times `scale`, which is in `unit`. */
+/* Writes a row of the table of differences. scale: factor from a value to `unit`. */
 static void size_row(FILE *out, const char *name, const char *unit, double scale, int decimals, const double value[5]) {
     fputs("<tr>", out);
     html_cells(out, "*%s|%s", name, unit);

@@ -61,7 +61,7 @@ static void print_findings(FILE *out, const struct gap_result *r) {
     if (r->next_experiment[0]) words_print(out, "  next experiment:", r->next_experiment);
 }
 
-/* Lists the statements that the verdict does not make. The values of each are those in the
+/* Lists the statements beyond those that the verdict makes. The values of each are those in the
  * likeliest set of effects that contains its effect. */
 static void print_statements(FILE *out, const struct gap_result *r) {
     int first = r->effects < r->statements ? r->effects : r->statements;
@@ -75,8 +75,8 @@ static void print_statements(FILE *out, const struct gap_result *r) {
     }
 }
 
-/* Prints the base's values that are at their bounds. The true value may lie beyond the bound, and
- * an effect may then explain the base's error. */
+/* Prints the base's values that are at their bounds. The true value may lie beyond the bound; an
+ * effect may then be named in place of the base's error. */
 static void print_bounds(FILE *out, const struct gap_result *r) {
     char text[GAP_TEXT] = "";
     for (int i = 0; i < r->base_values; i++) {

@@ -1,4 +1,4 @@
-/* Writes HTML to a stream: markup with escaped arguments, and tables whose head and rows are
+/* Writes HTML to a stream: markup with escaped arguments, and tables whose head and rows are printf
  * formats. */
 #ifndef HEXID_HTML_H
 #define HEXID_HTML_H
@@ -6,9 +6,10 @@
 #include <stddef.h>
 #include <stdio.h>
 
-/* Writes a format that is markup. Its arguments may come from outside (file names, messages): they
- * are escaped, so that they are safe between tags and inside a double-quoted attribute; control
- * characters other than the newline become spaces. A number that is not finite is a dash. */
+/* Writes markup given as a printf format. The arguments may come from outside (file names,
+ * messages): they are escaped, so that they are safe between tags and inside a double-quoted
+ * attribute; control characters other than the newline become spaces. A number that is not finite
+ * is a dash. */
 __attribute__((format(printf, 2, 3))) void html_print(FILE *out, const char *format, ...);
 
 /* Tables. The cells of a format are separated by '|', and are markup with escaped arguments. A cell
@@ -33,10 +34,10 @@ void html_commands(FILE *out, const char *text);
 /* Writes an SVG as an <img> that needs no other file. */
 void html_svg(FILE *out, const char *svg, size_t size, const char *alt);
 
-/* Writes a value and, after a plus-minus sign, `half` to two digits. half: half the width of the
- * value's interval; 0 or not finite: the value stands alone, to four digits. Values outside 0.01 ..
- * 1e5 are written with a power of ten, values that are not finite as "not known". unit: "-" for
- * none. */
+/* Writes a value and, after a plus-minus sign, `half` to two significant digits. half: half the
+ * width of the value's interval; 0 or not finite: the value stands alone, to four significant
+ * digits. Values outside 0.01 .. 1e5 are written with a power of ten, values that are not finite as
+ * "not known". unit: "-" for none. */
 void html_quantity(FILE *out, double value, double half, const char *unit);
 
 #endif

@@ -10,8 +10,8 @@
 #include "page.h"
 #include "params.h"
 
-/* September 2001, us since 1970: an earlier time is no date, but that of a clock which started at
- * 0. */
+/* September 2001, us since 1970. An earlier time comes from a clock that started at 0 and is not a
+ * date. */
 static const int64_t DATED_US = 1000000000000000;
 
 static const char *file_name(const char *path) {

@@ -52,7 +52,7 @@ static json_t *method(const struct method_result *m, bool damping, const struct 
     return damping ? report_set(report_set(object, "Bt", report_matrix(m->bt[0])), "Bt_std", report_matrix(m->bt_std[0])) : object;
 }
 
-/* Returns every second value from x on: from dry[LEGS][2], the values of one direction. */
+/* Returns every second value from x on; in dry[LEGS][2] these are the values of one direction. */
 static json_t *strided(const double *x) {
     double value[LEGS];
     for (int k = 0; k < LEGS; k++) value[k] = x[2 * k];
@@ -72,8 +72,8 @@ static json_t *payload_json(const struct payload *p) {
                      report_number(p->misfit));
 }
 
-/* Returns the systematic errors that the tolerances allow, each with its value, deviation and prior
- * deviation. */
+/* Returns the systematic errors that the tolerances allow, each with its value, standard deviation
+ * and prior standard deviation. */
 static json_t *systematic(const struct method_c *c) {
     json_t *array = json_array();
     for (int i = 0; i < SYSTEMATICS; i++) {

@@ -13,7 +13,7 @@ struct loop_statistics {
     bool timed;                     /* false: the clock was virtual or the log was imported, and
                                      * the members below mean nothing */
     double wake_us[4], exec_us[4];  /* percentiles p50, p99, p99.9 and maximum */
-    double pace;                    /* time of the loop divided by that of the host; 1 if the loop
+    double pace;                    /* elapsed loop time divided by elapsed host time; 1 if the loop
                                      * kept up */
     int64_t stalls;                 /* number of wake-ups that were late by a period or more */
     double longest_stall_s;

@@ -272,8 +272,8 @@ void identification_table_print(FILE *out, const struct identification *id, bool
     if (!c_first) print_method_c(out, id);
 }
 
-/* Prints a row of the brief table: a number for each entry of the diagonal, each by `format`, a
- * conversion with `*` for its decimals. */
+/* Prints a row of the brief table: a number for each entry of the diagonal. format: conversion of a
+ * number, with `*` for its decimals. */
 static void brief_row(FILE *out, const char *name, const double value[DOFS], const char *format, int decimals, const char *unit) {
     fprintf(out, "%-9s", name);
     for (int i = 0; i < DOFS; i++) words_row(out, format, decimals, value[i]);

@@ -6,8 +6,9 @@
 
 #include "ident.h"
 
-/* Return a number of decimals, for a matrix by its smallest diagonal entry, or for one value. It is
- * three; for a magnitude below one it is as many as show four significant figures, at most six. */
+/* Return the number of decimals to print, for a matrix according to its smallest diagonal entry, or
+ * for one value: three, or for a magnitude below one as many as show four significant figures, at
+ * most six. */
 int identification_decimals(const double mt[DOFS][DOFS]);
 int identification_decimals_of(double value);
 

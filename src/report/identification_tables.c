@@ -17,8 +17,7 @@ struct quantity {
 
 typedef struct quantity quantity_of(const struct identification_log *log, int row);
 
-/* A table with a row for each quantity, and columns of configured and found values, log beside
- * log. */
+/* A table with a row for each quantity, and for each log columns of configured and found values. */
 struct comparison {
     const char *head;
     int rows;
@@ -82,7 +81,7 @@ static void log_cells(FILE *out, int columns) {
     for (int i = 0; i < columns; i++) fprintf(out, columns > 1 ? "<th class=\"n%s\">log %d</th>" : "<th></th>", i ? "" : " group", i + 1);
 }
 
-/* Writes a table of comparison. Returns false, with nothing written, if no method found
+/* Writes the table of a comparison. Returns false, with nothing written, if no method found
  * anything. */
 static bool compare(FILE *out, const struct identification_report *r, const struct comparison *c) {
     bool found[COLUMNS] = {0}, any = false;

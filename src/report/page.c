@@ -69,7 +69,7 @@ static const char more_style[] = /* a string of its own, because C limits the le
     ".group{border-left:1px solid var(--line);padding-left:12px}\n"
     "th.group:not(.n){text-align:center}\n"
     ".off small{font-weight:400}\n"
-    /* A key in a table is broken at a line's end only if it must be. */
+    /* In a table, a key is broken across lines only if it does not fit on one. */
     "td code{overflow-wrap:break-word}.facts code{overflow-wrap:anywhere}\n"
     ".facts th,.values td:first-child{white-space:nowrap}\n"
     ".facts td{min-width:170px}\n"

@@ -25,7 +25,7 @@ void plot_axes(FILE *script, const char *x, const char *y);
  * axis, as a share of the width. */
 void plot_panels(FILE *script, double left, double x_from, double x_to);
 
-/* Begins the panel between these shares of the height, which count from below. x NULL: the x axis
+/* Begins the panel between these shares of the height, counted from the bottom. x NULL: the x axis
  * has neither name nor numbers, because it shares those of the panel below. */
 void plot_panel(FILE *script, double top, double bottom, const char *x, const char *y);
 

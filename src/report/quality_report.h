@@ -10,8 +10,8 @@
 struct quality_report {
     const char *version, *log, *law;    /* hexid's version, name of the log, control.law */
     const char *baseline;               /* name of the baseline; NULL: none */
-    struct quality quality, before;     /* before: that of the baseline; values that its JSON lacks
-                                         * are NaN */
+    struct quality quality, before;     /* before: quality in the baseline; values that its JSON
+                                         * lacks are NaN */
     struct quality_check check[QUALITY_CHECKS];
     struct qualify_params limits;
 };

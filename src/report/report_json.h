@@ -9,7 +9,7 @@
 /* Returns a number as JSON; null if it is not finite. */
 json_t *report_number(double x);
 
-/* Add a value, which they take over, to an array or an object, and return the latter. If an
+/* Add a value to an array or an object, take over the value, and return the array or object. If an
  * argument is NULL or memory is short, they release both and return NULL. A NULL thus reaches the
  * end of a chain of calls, so that the caller gets either the complete result or NULL. */
 json_t *report_append(json_t *array, json_t *value);

@@ -23,8 +23,8 @@
 #endif
 
 #define COUNT(array) (sizeof(array) / sizeof *(array))
-/* LOWEST: lowest address that may be mapped, as distributions set vm.mmap_min_addr. PLACES: number
- * of addresses tried */
+/* LOWEST: lowest address that may be mapped, the value of vm.mmap_min_addr in distributions.
+ * PLACES: number of addresses tried */
 enum { PAGE = 4096, LOWEST = 0x10000, PLACES = 64 };
 
 void confine_thread(void) {
@@ -121,7 +121,7 @@ static int allow_result(scmp_filter_ctx filter, const struct output *result, con
     return failed ? failed : seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(unlinkat), 3, here, beside, SCMP_A2(SCMP_CMP_EQ, 0));
 }
 
-/* Allows the calls by which a lost connection over sockets is made again. */
+/* Allows the calls that restore a lost connection over sockets. */
 static int allow_sockets(scmp_filter_ctx filter) {
     static const int calls[] = {SCMP_SYS(connect), SCMP_SYS(setsockopt), SCMP_SYS(sched_setscheduler)};
     static const int families[] = {AF_INET, AF_INET6};
@@ -133,7 +133,7 @@ static int allow_sockets(scmp_filter_ctx filter) {
                                      SCMP_A2(SCMP_CMP_MASKED_EQ, O_ACCMODE | O_CREAT | O_TRUNC | O_TMPFILE, O_RDONLY));
 }
 
-/* Allows the calls by which a serial device is opened again. SAFETY: the filter cannot compare its
+/* Allows the calls that open a serial device again. SAFETY: the filter cannot compare the device's
  * path, so no other back-end may open files for writing. */
 static int allow_serial(scmp_filter_ctx filter) {
     const scmp_datum_t how = O_ACCMODE | O_CREAT | O_TRUNC | O_EXCL | O_NOCTTY | O_NONBLOCK | O_TMPFILE;

@@ -13,8 +13,8 @@
 
 enum { TRIES = 1000 };
 
-/* Returns true if the supply is off, and either the loop was told to end or an automatic run is
- * over; also at once after `abort`. */
+/* Returns true if the loop is to end: at once after `abort`; otherwise when the supply is off, and
+ * either the loop was told to end or an automatic run is over. */
 static bool finished(const struct loop *l) {
     if (atomic_load_explicit(&l->abort, memory_order_relaxed)) return true;
     bool over = l->params->motion.automatic && !l->platform.automatic;
@@ -34,8 +34,8 @@ static int64_t overrun(struct loop *l, int64_t late_ns) {
     return missed;
 }
 
-/* SAFETY: once told to end, the loop ignores other requests and parks the platform; so it does
- * while nobody can stop it. */
+/* SAFETY: once told to end, the loop ignores other requests and parks the platform. It does the
+ * same while the thread that takes stops is held up. */
 static struct request asked(const struct loop *l) {
     struct request request = mailbox_read(&l->requests);
     /* gains that are being written at this moment belong to a later request, so this request gets
@@ -57,7 +57,8 @@ void loop_attend(struct loop *l, bool works) {
 }
 
 /* SAFETY: parks if the thread that takes stops is held up, at a stretch or again and again. Cycles
- * are counted, not time: a host that stands still holds up both threads, and is an overrun. */
+ * are counted, not time: a host that stands still holds up both threads, and that is reported as an
+ * overrun. */
 static void watch_attendance(struct loop *l) {
     uint64_t attended = atomic_load_explicit(&l->attended, memory_order_relaxed);
     double period_s = l->params->loop.period_s;

@@ -48,7 +48,7 @@ struct loop {
     bool unwritten;                  /* the last command was not written */
     uint64_t attended_before;        /* `attended` in the last cycle */
     int64_t silent_cycles;           /* number of cycles since `attended` last changed */
-    int64_t held_up_cycles;          /* level of the bucket of watch_attendance() */
+    int64_t held_up_cycles;          /* level of the leaky bucket in watch_attendance() */
     enum realtime_mode mode;
     pthread_t thread;
     sem_t started;
@@ -74,7 +74,8 @@ struct loop_acted {
                                       * one */
     enum state state;                /* current state of the supervisor */
     uint32_t wrong;                  /* current wrong inputs: INPUT_... */
-    uint32_t first_fault;        /* the first latched fault, one of FAULT_...; 0: none is latched */
+    uint32_t first_fault;        /* headline of the latched faults, one of FAULT_... (types.h); 0:
+                                  * none is latched */
 };
 struct loop_acted loop_acted(const struct loop *l);
 
@@ -88,15 +89,16 @@ uint64_t loop_acted_word(const struct loop_acted *acted);
  * is off. Any thread, also a signal handler; may be called repeatedly. */
 void loop_quit(struct loop *l);
 
-/* SAFETY: tells the loop that the thread which takes commands has come round. That thread calls
- * this in each of its rounds, before it waits for something to take (works: false) and after it
- * (true). Whatever holds it up, no command can stop the platform meanwhile. So the loop counts the
- * cycles of a round in which that thread has worked for more than LOOP_WORK_S, or not come round
- * for more than LOOP_ROUND_S; a cycle in which it waits takes LOOP_RECOVERY off. When
- * LOOP_ATTENDED_S are counted, the loop parks, and takes nothing else until all are off again. A
- * thread that is held up at a stretch has the platform parked within LOOP_ROUND_S +
- * LOOP_ATTENDED_S; in pieces it takes longer, because a wait below LOOP_ROUND_S takes off. The time
- * counts from the first call; virtual time, which no thread keeps up with, is not watched. */
+/* SAFETY: tells the loop that the thread that takes commands is alive. That thread calls this twice
+ * in each of its rounds: before it waits for commands (works: false) and after the wait (true).
+ * While anything holds that thread up, no command can stop the platform. So the loop counts the
+ * cycles in which the thread has worked for more than LOOP_WORK_S, or has waited for more than
+ * LOOP_ROUND_S; every other cycle of waiting subtracts LOOP_RECOVERY from the count. When the
+ * counted cycles last LOOP_ATTENDED_S, the loop parks, and accepts no other request until the count
+ * is 0 again. If the thread is held up without a break, the platform parks within LOOP_ROUND_S +
+ * LOOP_ATTENDED_S; if it is held up again and again, that takes longer, because the waits between
+ * subtract. The loop counts from the first call on; it does not count in virtual time, with which
+ * no thread keeps up. */
 #define LOOP_ATTENDED_S 1.0
 #define LOOP_ROUND_S 0.1
 #define LOOP_WORK_S 0.01

@@ -11,8 +11,8 @@
 
 #include "thread.h"
 
-/* Opens closed standard descriptors on /dev/null. It goes in ascending order, so that open()
- * returns the number of the closed descriptor, the lowest free one. */
+/* Opens closed standard descriptors on /dev/null, in ascending order: open() returns the lowest
+ * free number, which is then that of the closed descriptor. */
 static int open_standard(struct error *error) {
     for (int file = STDIN_FILENO; file <= STDERR_FILENO; file++) {
         if (fcntl(file, F_GETFD) >= 0) continue;

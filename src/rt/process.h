@@ -2,8 +2,8 @@
  * whatever state the caller left behind.
  *
  *   descriptors   If 0, 1 or 2 is closed, it is opened on /dev/null in the wrong direction, so
- *                 that reading or writing it fails. A file, socket or bus opened later could
- *                 otherwise get its number, and the output for a terminal.
+ *                 that reading or writing it fails. Otherwise a file, socket or bus opened later
+ *                 could get this number, and with it the output meant for a terminal.
  *   signals       The mask is emptied. SIGPIPE and SIGCHLD get their default actions, so that a
  *                 closed pipe ends a command and gnuplot's status can be fetched. SIGXFSZ is
  *                 ignored, so that a file limit becomes a write error that names the file.

@@ -9,9 +9,9 @@ struct loop_params;
 
 enum realtime_mode { REALTIME_OFF, REALTIME_TRY, REALTIME_REQUIRE };
 
-/* Limits malloc to one heap; to be called before any other thread starts. Each further heap would
- * reserve 64 MB of locked memory. Also, malloc reads a file of /proc before it returns memory of
- * such a heap to the system, which a confined process may not. */
+/* Limits malloc to one arena; to be called before any other thread starts. Each further arena would
+ * reserve 64 MB of locked memory. Also, before malloc returns memory of such an arena to the
+ * system, it reads a file of /proc, which a confined process may not do. */
 void realtime_heap(void);
 
 /* Makes the calling thread real-time; with REALTIME_OFF it does nothing and returns 0. Returns 0 if

@@ -13,8 +13,8 @@
 #include "thread.h"
 #include "units.h"
 
-/* Distance of the thread's SCHED_FIFO priority below the loop's. It is higher than the main
- * thread's, which may be busy for as long as somebody floods it. */
+/* Distance of the thread's SCHED_FIFO priority below the loop's. The priority is higher than that
+ * of the main thread, which may be busy for as long as somebody floods it with commands. */
 enum { BELOW_LOOP = 1, WAKE = SIGUSR1 };
 
 static bool by_hand(int number) { return number == SIGINT || number == SIGTERM || number == SIGQUIT; }

@@ -35,8 +35,8 @@ struct signals {
     void *context;         /* first argument of `say` */
     pthread_t thread;
     sem_t started;         /* posted when the thread has its priority and its rights */
-    int64_t first_ns;      /* CLOCK_MONOTONIC time of `first`; the thread's */
-    int64_t late_ns;       /* CLOCK_MONOTONIC time of `late`; the thread's */
+    int64_t first_ns;      /* CLOCK_MONOTONIC time of `first`; only the thread uses it */
+    int64_t late_ns;       /* CLOCK_MONOTONIC time of `late`; only the thread uses it */
     _Atomic int first;     /* number of the first signal that came while the loop ran; 0: none */
     _Atomic int late;      /* number of the first signal that came after the loop's end; 0: none */
     _Atomic int refused;   /* errno of the wait for signals that the system refused; 0: none */
