@@ -13,8 +13,7 @@ static int one_configuration(const struct options *o, const char *directory, str
     char path[PATH_MAX];
     snprintf(path, sizeof path, "%s/config.yaml", directory);
     if ((!o->config && !o->setting_count) || access(path, F_OK)) return STATUS_OK;
-    return error_set(error, STATUS_USAGE, "import: %.300s is the run's configuration: change or remove it, or leave -c and --set out",
-                     path);
+    return error_set(error, STATUS_USAGE, "%.300s is the run's configuration: change or remove it, or leave -c and --set out", path);
 }
 
 int csv_input_begin(struct csv_input *input, const struct options *o, const char *directory, struct error *error) {

@@ -107,7 +107,7 @@ static void pressures(struct saying *s, const struct params *p) {
     const struct limit_params *l = &p->limits;
     double supply_pa = p->hydraulics.supply_pa, top_pa = p->sensors.pressure_full_scale_pa;
     char remedy[80];
-    snprintf(remedy, sizeof remedy, "set limits.pressure_max_pa to %.2g", fmin(1.65 * supply_pa, PRESSURE_MOST * supply_pa));
+    snprintf(remedy, sizeof remedy, "set limits.pressure_max_pa to %.2g", 1.65 * supply_pa);
     say(s, l->pressure_max_pa <= fmax(PRESSURE_MOST * supply_pa, 1.1 * top_pa), remedy,
         "limits.pressure_max_pa %g: supply and sensors end at %.3g and %.3g Pa, so no reading trips it", l->pressure_max_pa, supply_pa,
         top_pa);

@@ -146,14 +146,15 @@ double loop_check_off_m(const struct loop_check *c, const struct params *p) {
     return p->control.kp > 0.0 ? fabs(c->kff_suits - p->control.kff) * loop_fastest_mps(p) / p->control.kp : 0.0;
 }
 
-/* Describes a mode: "z at 12.3 Hz, damping -0.02". A real pole has no frequency; "z settles 3.1
- * times in a second" then states the factor by which the mode decays in a second. */
+/* Describes a mode: "z at 12.3 Hz, damping -0.02". A real pole has no frequency: "z settles,
+ * shrinking by a factor of 3.1 each second". */
 static int describe_mode(const struct loop_worst *w, char *text, size_t size) {
     if (!w->known) return snprintf(text, size, "its numbers are beyond computing");
     if (w->pole.radps > 0.0)
         return snprintf(text, size, "%s at %.3g Hz, damping %.2g", dof_names[w->dof], loop_pole_hz(&w->pole), loop_pole_damping(&w->pole));
-    return snprintf(text, size, "%s %s %.2g times in a second", dof_names[w->dof],
-                    w->pole.decay_per_s < 0.0 ? "runs away, growing" : "settles", exp(fabs(w->pole.decay_per_s)));
+    bool grows = w->pole.decay_per_s < 0.0;
+    return snprintf(text, size, "%s %s by a factor of %.2g each second", dof_names[w->dof],
+                    grows ? "runs away, growing" : "settles, shrinking", exp(fabs(w->pole.decay_per_s)));
 }
 
 static void describe_pose(const double pose[DOFS], char text[40]) {

@@ -191,7 +191,7 @@ bool fit_columns(const struct fit_data *d, const struct params *model, const dou
  * or, if they are linearly dependent, with the smallest larger one that suffices. Returns false if
  * none up to 1e-4 does. */
 static bool factor_some(int n, const double *h, int m, const int *place, double *a) {
-    for (double ridge = 1e-10; ridge < 1e-4; ridge *= 100.0) {
+    for (double ridge = 1e-10; ridge < 2e-4; ridge *= 100.0) {
         for (int i = 0; i < m; i++)
             for (int j = 0; j <= i; j++) a[i * m + j] = h[place[i] * n + place[j]] * (i == j ? 1.0 + ridge : 1.0);
         if (dense_factor(m, m, a)) return true;

@@ -200,7 +200,7 @@ static int weigh(struct inquiry *q, struct gap_result *r, struct error *error) {
 }
 
 /* True if all tests of both recordings are steady sinusoids, and each axis that both move has the
- * same frequency in all of them, within a tenth. */
+ * same frequency in both, within a tenth. */
 static bool one_frequency(const struct recording *a, const struct recording *b) {
     for (int i = 0; i < a->tests; i++)
         for (int j = 0; j < b->tests; j++) {
@@ -215,7 +215,8 @@ static bool one_frequency(const struct recording *a, const struct recording *b) 
  * the validation log; otherwise 0. */
 static double one_hz(const struct recording *measured, const struct recording *validate) {
     double lowest = HUGE_VAL;
-    if (!one_frequency(measured, measured) || (validate && !one_frequency(measured, validate))) return 0.0;
+    if (!one_frequency(measured, measured)) return 0.0;
+    if (validate && (!one_frequency(validate, validate) || !one_frequency(measured, validate))) return 0.0;
     for (int i = 0; i < measured->tests; i++) lowest = fmin(lowest, measured->test[i].frequency_hz);
     return lowest;
 }

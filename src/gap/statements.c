@@ -359,7 +359,8 @@ static bool settle(struct comparison *s, struct gap_result *r, int sure) {
         struct gap_effect *e = &r->effect[r->effects++];
         read_values(s, one, i, &r->statement[i].effect);
         *e = r->statement[i].effect;
-        snprintf(e->evidence, sizeof e->evidence, "%s; probability %.2f", effect_table[e->effect]->signature, r->statement[i].probability);
+        snprintf(e->evidence, sizeof e->evidence, "%s; probability %.2f", gap_signature(e->effect, params_legs(s->d->given)),
+                 r->statement[i].probability);
     }
     r->certainty = certainty_of(s, r);
     linearised_free(&one->linear);
