@@ -7,8 +7,9 @@
 struct motion_params {
     double engage_s, park_s;      /* durations of the moves from parked to neutral and back; longer
                                    * if rate_mps or accel_mps2 require it */
-    double rate_mps, accel_mps2;  /* largest speed and acceleration in a move: of the platform's
-                                   * origin, or of the upper joints if it rotates */
+    double rate_mps, accel_mps2;  /* largest speed and acceleration in a move: norm over all axes,
+                                   * angles times kinematics.arm_m, the upper joints' mean
+                                   * distance */
     double park_z_m;              /* pose z at which the platform is put down; z points down */
     double rest_s;                /* time at rest before `automatic` engages; a command does not
                                    * wait for it */

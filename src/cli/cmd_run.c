@@ -49,7 +49,8 @@ struct session {
     struct params params;
     struct trajectory trajectory; /* trajectory of the tests; knot NULL: there is none */
     struct multisine multisine;   /* motion of a survey */
-    struct params machine;        /* configuration of the machine (options_machine()) */
+    struct params machine;        /* the back-end's configuration (options_machine()): that in FILE
+                                   * for sim:FILE, otherwise equal to params */
     struct params asked;          /* configured parameters, before --survey changes the tests */
     struct survey_report *survey; /* the survey's results; NULL: this run is no survey */
     struct hal *hal;

@@ -1,6 +1,7 @@
-/* Receives commands for the daemon through this machine's sockets, and stop and park over LCM, and
- * passes them to operator.h, which decides on them. Main thread. The sockets are opened before the
- * daemon confines itself, and nothing blocks afterwards. */
+/* Receives commands for the daemon and passes them to operator.h, which decides on them. All
+ * commands come through the sockets of the machine `machine.name`; stop and park also come over
+ * LCM. Main thread. The sockets are opened before the daemon confines itself, and nothing blocks
+ * afterwards. */
 #ifndef HEXID_COMMANDS_H
 #define HEXID_COMMANDS_H
 

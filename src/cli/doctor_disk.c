@@ -101,8 +101,8 @@ static int write_trial(int file, struct disk *k) {
     return 0;
 }
 
-/* Finds the log's directory and its free space. Returns false with errno if the directory is not
- * writable. */
+/* Finds the log's directory and its free space. Returns false with errno if the directory is
+ * missing, is not writable or cannot be asked. */
 static bool find_disk(const struct doctor *d, struct disk *k) {
     struct statvfs s;
     log_directory(d, k->directory);

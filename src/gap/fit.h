@@ -110,9 +110,10 @@ struct linear_part {
 /* Gram matrix of the columns, [n][n]. */
 void fit_gram(int n, int values, const double *column, double *gram);
 
-/* Sum of squared white residuals of a model, with the linear part at its optimum and the penalty of
- * its priors; INFINITY if the model cannot make the measured motion. raw, white: set to the model's
- * residuals without the linear part. */
+/* Sum of squared white residuals of a model, with the linear part at its optimum. The penalty of
+ * the linear part's priors is in the sum, that of the priors of v is not. INFINITY if the model
+ * cannot make the measured motion, or if the linear part is not determined. raw, white: set to the
+ * model's residuals without the linear part. */
 double fit_start(const struct fit_data *d, const struct params *model, int variables, const struct variable *v,
                  const struct linear_part *linear, double *raw, double *white);
 

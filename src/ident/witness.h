@@ -60,9 +60,9 @@ struct testimony {
  * stand still. */
 void witness_reset(struct witness *w, double frequency_hz, double period_s, const bool moves[LEGS]);
 
-/* Adds one evaluated sample, since_s after the first one. A bad sample (not `good`) is replaced by
- * the last good one, so that a fault changes the block although the samples that it spoils are
- * excluded. */
+/* Adds one evaluated sample, since_s after the first one. In place of a bad sample (not `good`) the
+ * last good one counts again. This distorts the block's mean and fundamental, so that a fault shows
+ * as a change between blocks although its samples are excluded. */
 void witness_add(struct witness *w, double since_s, const struct hal_sample *sample, const double force_n[LEGS], bool good);
 
 struct testimony witness_says(const struct witness *w);

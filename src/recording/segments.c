@@ -26,7 +26,7 @@ static const double REST_SHARE = 3e-3;   /* largest deviation of a leg at rest t
 /* Least number of cycles of a steady segment. */
 static const double CYCLES_LEAST = 4.0;
 /* In steady motion, successive cycles differ by at most this share of the motion's rms, beyond the
- * noise. They may differ by more, up to SEARCHED, if all cycles of the run do so (RESTLESS). */
+ * noise. They may differ by more, up to SEARCHED, if that is their usual difference (RESTLESS). */
 static const double ALIKE = 0.05;
 /* While the period is searched, successive cycles may differ by this share of the motion's rms,
  * because an error of the trial period adds 2 pi times its relative size. */

@@ -10,8 +10,9 @@ enum segment_kind {
     /* For half a second or longer all legs stay within their noise, or within 0.3 % of their
      * range. */
     SEGMENT_REST,
-    /* At least four cycles of one frequency and amplitude, which differ by noise and at most 5 %
-     * beyond it. They may differ by up to 20 % if all cycles of the segment do so. */
+    /* At least four cycles of one frequency and amplitude. Successive cycles differ by noise and by
+     * at most 5 % of the motion beyond it, or by up to 20 % if that is their usual difference in
+     * the whole segment, as in a loop that oscillates a little. */
     SEGMENT_STEADY,
     SEGMENT_MOVING, /* all other motion */
     SEGMENT_KINDS

@@ -20,8 +20,8 @@ struct check_report {
     char missing[CHECK_LIST_SIZE], ignored[CHECK_LIST_SIZE], doubtful[CHECK_LIST_SIZE];
     /* Areas by which pressures become forces (areas.h), in words; "" without pressures. */
     char areas[AREAS_TEXT_SIZE];
-    /* Keys that have a default value instead of this machine's own (config_defaults()); "" if there
-     * are none, or without pressures. */
+    /* Keys of cylinder, valve and oil that have the built-in machine's values although the machine
+     * is another one (config_defaults()); "" if there are none, or without pressures. */
     char defaults[CONFIG_DEFAULTS_SIZE];
     char zero[CHECK_LIST_SIZE];  /* value of t_s in each CSV file at which the ramp-in begins (t =
                                   * 0), as found from the motion, in the form of struct

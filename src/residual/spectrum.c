@@ -178,10 +178,11 @@ static double lasting(const struct spectrum *s, spectrum_cycle *row, int channel
     return all > 0.0 ? slow / all : 1.0;
 }
 
-/* Multiplies standard deviations by the root of the ratio of lasting(), if it is above 1. Ratios
- * are averaged with the neighbouring harmonics', because one harmonic has too few slow bins. An
- * average over all harmonics would let the drift of one, such as the motion's own, count as noise
- * of the others. */
+/* Enlarges the standard deviations of the mean cycle if errors last over several cycles, so that
+ * averaging cancels them less: multiplies by the root of the ratio of lasting(), if it is above 1.
+ * Each ratio is averaged with the neighbouring harmonics', because one harmonic has too few of the
+ * lowest bins. An average over all harmonics would let the drift of one, such as the motion's own,
+ * count as noise of the others. */
 static void lengthen(struct spectrum *s, spectrum_cycle *row, int channel, int leg) {
     double ratio[1 + SPECTRUM_HARMONICS];
     if (s->cycles <= 2 * SLOWEST) return;
