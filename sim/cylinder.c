@@ -20,8 +20,8 @@ static const double SOFTEST = 0.01;        /* lowest ratio of the pressure above
                                             * beta is there 1e-4 of the oil's */
 static const double DENSITY_KG_PER_M3 = 870.0, VISCOSITY_M2_PER_S = 4e-5;
 static const double SHORTEST_HOSE_M = 0.2;
-/* HOSE_TIME_S is the reciprocal of 5000 rad/s, the highest natural frequency of a hose with a chamber at the
- * share NEAR_END of its stroke; steps of 0.5 ms resolve it. */
+/* HOSE_TIME_S is the reciprocal of 5000 rad/s, the highest natural frequency of a hose with a
+ * chamber at the share NEAR_END of its stroke; steps of 0.5 ms resolve it. */
 static const double HOSE_TIME_S = 2e-4, NEAR_END = 0.1;
 
 static void valve_init(struct cylinder_model *m, int leg, const struct hydraulics_params *h) {

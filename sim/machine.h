@@ -104,8 +104,8 @@ void machine_init(struct machine *m, const struct params *params);
  * not their inertia. */
 void machine_add_errors(struct machine *m, const struct sensor_errors *errors);
 
-/* Checks that the machine can exist. Returns 0, or -2 if not: the payload has no mass or no positive
- * definite inertia, or effects make a leg's mass, inertia or viscous friction negative. */
+/* Checks that the machine can exist. Returns 0, or -2 if not: the payload has no mass or no
+ * positive definite inertia, or effects make a leg's mass, inertia or viscous friction negative. */
 int machine_check(const struct machine *m, struct error *error);
 
 /* Returns the sum of all effects' friction about one axis of a universal joint of this leg. */

@@ -94,8 +94,8 @@ struct reference_sample reference_step(struct reference *r, const struct test_pa
 /* Computes pose, rate, acceleration and jerk by their formulas for the instant ahead_s >= 0 after
  * the pose that reference_step() returned last. It assumes that no request comes in between: after
  * the end of a move or test the reference holds. With ahead_s = 0 it returns that last pose to the
- * last bit. The acceleration is continuous in a move; in a test it may jump at either end of a ramp.
- * The jerk jumps wherever two polynomials meet. */
+ * last bit. The acceleration is continuous in a move; in a test it may jump at either end of a
+ * ramp. The jerk jumps wherever two polynomials meet. */
 void reference_motion(const struct reference *r, const struct test_params *t, double dt_s, double ahead_s,
                       double motion[MOTION_ORDERS][DOFS]);
 

@@ -18,8 +18,8 @@ static const uint32_t sync_word = 0xEDA1DA01;
 struct log_writer {
     int file;
     char *path;
-    struct stat begun;       /* state of the file when writing began, with which log_check() compares
-                              * its size, links and place; a pipe, say, is not checked */
+    struct stat begun;       /* state of the file when writing began, with which log_check()
+                              * compares its size, links and place; a pipe is not checked */
     bool flushed;            /* the first event has been flushed */
     int64_t number, bytes;   /* number of events, and of bytes, that this file has accepted */
     unsigned char *buffer;   /* whole events that are still to be written */
