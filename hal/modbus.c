@@ -316,9 +316,9 @@ static void *modbus_thread(void *argument) {
         }
 
         backoff_ms = BACKOFF_FIRST_MS;
-        /* SAFETY: drops a command that was posted before the connection was lost. No newer one that
-         * drives a valve is lost: until `connected` is set, the loop only posts commands that
-         * centre the valves. */
+        /* SAFETY: drops the waiting command. One from before the loss is outdated; one that the
+         * loop has posted since, while `connected` is not set, only centres the valves, and is
+         * posted again. */
         latest_take(&m->newest_command);
         atomic_store_explicit(&m->connected, true, memory_order_release);
     }

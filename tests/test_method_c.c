@@ -432,7 +432,7 @@ static void logs_with_other_priors_of_the_compliance_are_compared_in_one_unit(vo
 static void many_parts_are_joined_and_a_change_on_the_way_is_seen(void **unused) {
     (void)unused;
     slow_case();
-    enum { ALL = 100, FROM = 64, LEG = 4, DRAWS = 4 };
+    enum { ALL = 100, FROM = 64, LEG = 4, DRAWS = 8 };
     static struct equations part[2 * DRAWS];
     static struct log log, sum;
     static struct parts parts;

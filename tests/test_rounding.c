@@ -96,11 +96,43 @@ static void settling_is_no_dither(void **state) {
     assert_close(rounding_over_predicted(4.0, 2.1e-3, 4e-6, 100e-6), 1.0, 0.35);
 }
 
+/* Half of the cycles have the rounding errors that the shares of all cycles give them. */
+static void shares_of_all_cycles_serve_half_of_them(void **state) {
+    (void)state;
+    static struct recording_sample sample[SAMPLES];
+    const double step_m = 50e-6, hz = 4.0;
+    struct recording_test t = make(hz, sample);
+    struct spectrum s[2];
+    struct rounding_shares shares, own;
+    double all[SPECTRUM_SIZE], half[SPECTRUM_SIZE], middle[CYCLES_MAX], sum[2] = {0.0, 0.0};
+    uint64_t random = 7;
+    for (int i = 0; i < SAMPLES; i++)
+        sample[i].length_m[0] = step_m *
+                                round((0.9e-3 * sin(2.0 * PI * hz * sample[i].test_time_s) + 3e-6 * random_unit(&random)) / step_m);
+    for (int n = 0; n < 2; n++) {
+        assert_true(spectrum_measure(&s[n], room, &t, sampling_step_s(&t, t.first, t.end), n ? CYCLES_EVEN : CYCLES_ALL));
+        for (int i = 0; i < s[n].cycles; i++) middle[i] = room[i][CHANNEL_LENGTH][0][0];
+        const struct rounding r = {.step = step_m,
+                                   .scatter = s[n].scatter[CHANNEL_LENGTH][0],
+                                   .places = (int)ceil(s[n].offsets / hz / step_s - 1e-6),
+                                   .cycles = s[n].cycles,
+                                   .middle = middle};
+        if (!n) rounding_find_shares(&r, s[n].harmonics, s[n].mean[CHANNEL_LENGTH][0], &shares);
+        else rounding_find_shares(&r, s[n].harmonics, s[n].mean[CHANNEL_LENGTH][0], &own);
+        rounding_in_step(&r, &shares, s[n].harmonics, all);
+        if (n) rounding_in_step(&r, &own, s[n].harmonics, half);
+    }
+    for (int a = 1; a < 1 + 2 * s[1].harmonics; a++) sum[0] += all[a], sum[1] += half[a];
+    assert_true(sum[1] > 0.0);
+    assert_close(sum[0] / sum[1], 1.0, 0.1);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(quantisation_in_step_is_as_large_as_predicted),
         cmocka_unit_test(settling_is_no_dither),
         cmocka_unit_test(each_harmonic_has_its_share),
+        cmocka_unit_test(shares_of_all_cycles_serve_half_of_them),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

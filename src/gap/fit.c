@@ -520,9 +520,9 @@ static bool plan(const struct descent *s, const struct jacobian *j, struct step 
 /* Moves the model to the least sum of squares, computing the columns of all variables at most
  * `sets` times. Without a linear part the base's columns are kept for further steps as long as they
  * hold or predict the steps well: the residuals are almost linear in the base's variables, and
- * computing their columns takes as long as a hundred steps. The base's columns computed last serve
- * one step only. With kept columns the fit ends only if they hold and predict little further gain.
- * Returns false if the columns cannot be computed. */
+ * computing their columns takes as long as a hundred steps. Columns of the last of the `sets`
+ * times serve one step only. With kept columns the fit ends only if they hold and predict little
+ * further gain. Returns false if the columns cannot be computed. */
 static bool fit_steps(struct descent *s, const double *const *known, int sets, struct jacobian *j, struct fit_result *result) {
     double x[COLUMNS_MAX];
     struct step *step = memory_get(1, sizeof *step);

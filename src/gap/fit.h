@@ -124,7 +124,8 @@ double fit_share(const struct fit_data *d, const double *white, const double *ch
 /* Fits the variables, starting from `model`, which receives the result. known: columns that stay
  * constant; NULL: all columns are computed. raw: raw residuals at the start, if they are known.
  * sets: largest number of times that the columns of all variables are computed for steps. Without a
- * linear part, the base's columns may serve several steps, except those computed last. column:
+ * linear part, the base's columns may serve several steps, but those of the last time serve one.
+ * column:
  * [variables][values], set to the columns that are not known, at the result or so near it that they
  * hold there; result.ok is false if they cannot be computed. known, linear, raw and column may be
  * NULL. */

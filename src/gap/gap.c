@@ -215,8 +215,7 @@ static bool one_frequency(const struct recording *a, const struct recording *b) 
  * the validation log; otherwise 0. */
 static double one_hz(const struct recording *measured, const struct recording *validate) {
     double lowest = HUGE_VAL;
-    if (!one_frequency(measured, measured)) return 0.0;
-    if (validate && (!one_frequency(validate, validate) || !one_frequency(measured, validate))) return 0.0;
+    if (!one_frequency(measured, measured) || (validate && !one_frequency(measured, validate))) return 0.0;
     for (int i = 0; i < measured->tests; i++) lowest = fmin(lowest, measured->test[i].frequency_hz);
     return lowest;
 }

@@ -188,9 +188,9 @@ struct gap_result {
     bool tone_simulated;                  /* the simulation with the effects shows the tone as
                                            * well */
     bool controller_known, controller_differs;
-    double one_hz;                        /* lowest frequency of the tests if each axis has one, in
-                                           * the validation log, too; 0: an axis has several, or a
-                                           * motion is no sinusoid */
+    double one_hz;                        /* lowest frequency of the tests if each axis has one,
+                                           * also where the validation log moves it; 0: an axis
+                                           * has several, or a motion is no sinusoid */
     double stated_hz, moved_hz;           /* stated and measured frequency of the first test in
                                            * which they differ; otherwise 0 */
     double sampled_s;                     /* time between the log's samples if it differs from the

@@ -41,8 +41,8 @@ static const double WORTH = 1.1;           /* a part is named if it gives a tent
 /* The machine in all poses, and a controller that is tried. */
 struct field {
     struct params params;              /* machine as it was found, and the controller */
-    const struct params *configured;   /* machine from which the controller computes its modal gains
-                                        * (modal.h) */
+    const struct params *configured;   /* machine from which the controller computes its modal
+                                        * weights (modal.h) */
     struct loop_places places;
     struct loop_plant plant[LOOP_PLACES][DOFS];
     struct loop_plant moving[DOFS];    /* modes at neutral, with the valves opening as far as in the
@@ -86,7 +86,7 @@ static double with_digits(double x, int digits) {
     return strtod(text, NULL);
 }
 
-/* Finds the modal gains (modal.h) of this controller, from the configured machine as the controller
+/* Finds the modal weights (modal.h) of this controller, from the configured machine as the controller
  * itself does. */
 static int weights(const struct field *f, const struct control_params *g, struct modal *modal, struct error *error) {
     struct params p = *f->configured;
@@ -243,7 +243,7 @@ static double slowest_damping(const struct field *f, int place) {
 }
 
 /* Finds the margins in a place. Returns false if modes that are stable alone are unstable when the
- * modal gains couple them. */
+ * modal weights couple them. */
 static bool find_margins(const struct field *f, int place, struct loop_margin margin[DOFS]) {
     return loop_margins(f->plant[place], f->places.place[place].mix, &f->params.control, f->params.loop.period_s, margin) <= 0;
 }
@@ -252,7 +252,7 @@ static bool suffices(const struct loop_margin *m, double delay_s) {
     return fmin(m->gain_db, m->drop_db) >= TUNE_GAIN_DB && m->phase_deg >= TUNE_PHASE_DEG && m->delay_s >= delay_s;
 }
 
-/* True if this mode has the required margins; if the controller has modal gains, which couple the
+/* True if this mode has the required margins; if the controller has modal weights, which couple the
  * modes, true if all modes in this place have these margins. */
 static bool keeps_margin(const struct field *f, int place, int mode, double delay_s) {
     struct loop_margin m[DOFS];
@@ -319,7 +319,7 @@ static bool holds_but_margins(struct field *f, const struct required *r) {
     return loop_places_noise_mps2(&f->places, &f->params) <= NOISE_SHARE * loop_noise_most_mps2(&f->params);
 }
 
-/* True if the gains meet all requirements. Margins are the fastest check without modal gains, and
+/* True if the gains meet all requirements. Margins are the fastest check without modal weights, and
  * the slowest with them; the fastest check comes first. */
 static bool holds(struct field *f, const struct control_params *g, const struct required *r) {
     if (!take(f, g)) return false;

@@ -7,10 +7,11 @@
  * tests then reach. kp is the largest with which, for some kpf, the loop meets four requirements;
  * ki is TUNE_INTEGRAL kp times the bandwidth. First, in every pose every mode must have a gain
  * margin of TUNE_GAIN_DB, a phase margin of TUNE_PHASE_DEG at the valve command, and stable poles.
- * Second, the slowest mode of the oil must have a damping ratio of TUNE_DAMPING, or the largest
- * that is possible, at neutral and on the way down to parking. Third, each mode must have a least
- * damping at neutral (MODE_DAMPING in loop_tune.c). Fourth, the acceleration that the sensors'
- * noise causes must be small (NOISE_SHARE in loop_tune.c). Ordinary threads; heap. */
+ * Second, the slowest mode of the oil must have a damping ratio of TUNE_DAMPING, or the next
+ * smaller one of a list that can be reached, at neutral and on the way down to parking. Third, each
+ * mode must have a least damping at neutral (MODE_DAMPING in loop_tune.c). Fourth, the acceleration
+ * that the sensors' noise causes must be small (NOISE_SHARE in loop_tune.c). Ordinary threads;
+ * heap. */
 #ifndef HEXID_LOOP_TUNE_H
 #define HEXID_LOOP_TUNE_H
 
@@ -85,7 +86,7 @@ struct loop_tune {
 
 /* Finds gains. bus: the machine is on a field bus. parts: also look for the limiting part; each
  * part takes as long as finding the gains. Returns -2 if the supply cannot hold the platform up at
- * neutral, modal_init() cannot compute the modal gains of the configured controller, or a delay
+ * neutral, modal_init() cannot compute the modal weights of the configured controller, or a delay
  * exceeds LOOP_DELAY_MOST cycles; -3 without memory. */
 int loop_tune(const struct params *params, bool bus, bool parts, struct loop_tune *result, struct error *error);
 

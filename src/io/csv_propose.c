@@ -139,7 +139,7 @@ static void list_names(const struct csv_reader *r, char text[CSV_PROPOSED_SIZE])
     for (int i = 0; i < r->cells; i++) {
         size_t used = strlen(text);
         if (r->cell[i].column < 0 && used + CSV_CELL_NAME + 4 < CSV_PROPOSED_SIZE)
-            snprintf(text + used, CSV_PROPOSED_SIZE - used, "%s%.40s", i ? ", " : "", r->name[i]);
+            snprintf(text + used, CSV_PROPOSED_SIZE - used, "%s%.40s", used ? ", " : "", r->name[i]);
     }
 }
 

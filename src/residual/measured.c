@@ -75,6 +75,7 @@ static void find_in_step(struct measured *m, const struct readings *of, int leg)
     for (const enum channel *c = of->read; c < of->read + of->channels; c++) {
         struct rounding_shares shares = {.tones = 0};
         int places = 0; /* places that the shares are found for */
+        /* The mean of all cycles, the most certain one, is first. */
         for (int which = CYCLES_ALL; which >= CYCLES_EVEN; which--) {
             const struct spectrum *s = &m->spectrum[which - 1];
             if (!m->sufficient[which - 1]) continue;

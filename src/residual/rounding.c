@@ -96,6 +96,13 @@ static void find_shares(struct rounding_shares *shares, const struct rounding *r
         }
 }
 
+/* Adds up what the tones give each coefficient. */
+static void add_up(const struct rounding_shares *shares, const double mean_square[ROUNDING_TONES], int harmonics, double *variance) {
+    memset(variance, 0, (size_t)(1 + 2 * harmonics) * sizeof *variance);
+    for (int k = 0; k < shares->tones; k++)
+        for (int a = 0; a < 1 + 2 * harmonics; a++) variance[a] += mean_square[k] * shares->of[k][a];
+}
+
 void rounding_find_shares(const struct rounding *r, int harmonics, const double *row, struct rounding_shares *shares) {
     double mean_square[ROUNDING_TONES], variance[1 + 2 * ROUNDING_HARMONICS];
     shares->tones = 0;
@@ -108,7 +115,7 @@ void rounding_find_shares(const struct rounding *r, int harmonics, const double 
     double motion[1 + 2 * ROUNDING_HARMONICS] = {0.0, row[1], row[2]};
     bool more = false;
     find_shares(shares, r, harmonics, motion);
-    rounding_in_step(r, shares, harmonics, variance);
+    add_up(shares, mean_square, harmonics, variance);
     for (int a = 3; a < 1 + 2 * harmonics; a += 2)
         if (square(row[a]) + square(row[a + 1]) > square(SURE) * (variance[a] + variance[a + 1]))
             motion[a] = row[a], motion[a + 1] = row[a + 1], more = true;
@@ -116,10 +123,7 @@ void rounding_find_shares(const struct rounding *r, int harmonics, const double 
 }
 
 void rounding_in_step(const struct rounding *r, const struct rounding_shares *shares, int harmonics, double *variance) {
-    double mean_square[ROUNDING_TONES];
-    memset(variance, 0, (size_t)(1 + 2 * harmonics) * sizeof *variance);
-    if (!shares->tones) return;
-    find_mean_squares(r, mean_square);
-    for (int k = 0; k < shares->tones; k++)
-        for (int a = 0; a < 1 + 2 * harmonics; a++) variance[a] += mean_square[k] * shares->of[k][a];
+    double mean_square[ROUNDING_TONES] = {0};
+    if (shares->tones) find_mean_squares(r, mean_square);
+    add_up(shares, mean_square, harmonics, variance);
 }

@@ -32,7 +32,8 @@ struct rounding {
 };
 
 /* Shares of the tones that fall on each coefficient of a mean cycle: variance, in the signal's unit
- * squared, for a tone of mean square 1 step^2. They depend on the motion and its places alone. */
+ * squared, for a tone of mean square 1 step^2. They depend on the motion and its places. The cycles
+ * that they are found for decide how many tones count, and which harmonics are motion. */
 struct rounding_shares {
     int tones;                 /* number of tones up to the last one that counts; 0: there are no
                                 * rounding errors */

@@ -93,7 +93,7 @@ void loop_quit(struct loop *l);
  * in each of its rounds: before it waits for commands (works: false) and after the wait (true).
  * While anything holds that thread up, no command can stop the platform. So the loop counts the
  * cycles in which the thread has worked for more than LOOP_WORK_S, or has waited for more than
- * LOOP_ROUND_S; every other cycle of waiting subtracts LOOP_RECOVERY from the count. When the
+ * LOOP_ROUND_S; each cycle of a shorter wait subtracts LOOP_RECOVERY from the count. When the
  * counted cycles last LOOP_ATTENDED_S, the loop parks, and accepts no other request until the count
  * is 0 again. If the thread is held up without a break, the platform parks within LOOP_ROUND_S +
  * LOOP_ATTENDED_S; if it is held up again and again, that takes longer, because the waits between
