@@ -93,7 +93,7 @@ struct mains cylinder_mains(const struct cylinder_model *m) {
     return (struct mains){.supply_pa = fmax(m->supply_share * m->machine.supply.pressure_pa, tank_pa), .tank_pa = tank_pa};
 }
 
-/* Returns sign(drop) sqrt|drop|, but laminar below the limit. */
+/* Returns sign(drop) sqrt|drop|, or below laminar_pa the cubic of laminar flow (cylinder.h). */
 static inline double signed_root(double drop_pa, double laminar_pa) {
     double size = fabs(drop_pa);
     if (size >= laminar_pa) return copysign(sqrt(size), drop_pa);

@@ -67,7 +67,7 @@ struct cylinder_model {        /* constants derived once from params and effects
         bool rate_limited;
     } leg[LEGS];
     double supply_share;       /* share of the supply pressure that acts; below 1 while the supply
-                                * is put on or taken off */
+                                * is switched on or off */
     bool extended;             /* the model has valve laws, hoses or resistances of the mains */
 };
 

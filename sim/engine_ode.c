@@ -11,8 +11,8 @@
  * from the inertia, 0.44 % of mz and 0.54 % of Ixx at 0.25 ms. All substeps after a place() must
  * have the same length; dry friction is of first order at its reversals.
  *
- * Stick is part of ODE's complementarity problem: a leg is stuck if its motor needed less than its
- * limit. */
+ * Sticking is solved within ODE's complementarity problem: a leg is stuck if the force of its motor
+ * is below the motor's limit. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 /* The actual machine: the configuration with its effects. First come the constants, which effects
- * change, then the laws, which they add. All of sim is made from this. Pure after machine_init, any
- * thread, RT. */
+ * change, then the laws, which they add. Every other part of sim takes its constants and laws from
+ * here. Pure after machine_init, any thread, RT. */
 #ifndef HEXID_MACHINE_H
 #define HEXID_MACHINE_H
 

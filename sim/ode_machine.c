@@ -18,7 +18,7 @@ static const double PISTON_MOTOR_CFM = 1e-13;   /* m/s per N: a stuck leg under 
 static pthread_mutex_t ode_users = PTHREAD_MUTEX_INITIALIZER;
 
 /* ODE's solver prints a message when it gives up a step, but the loop thread must not print. Such a
- * step shows anyway: lengths and pose disagree. */
+ * step is noticed anyway, because lengths and pose then disagree. */
 static void no_message(int number, const char *format, va_list args) {
     (void)number;
     (void)format;

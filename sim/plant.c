@@ -206,7 +206,8 @@ void plant_place(struct plant *plant, const double pose[DOFS]) {
     rest(plant, pose);
 }
 
-/* Limits a command; a valve amplifier without a sensible signal centres its valve. */
+/* Limits a command to -1..1. NaN counts as no signal, at which a valve amplifier centres its
+ * valve. */
 static double command(double valve) {
     if (isnan(valve)) return 0.0;
     return fmin(fmax(valve, -1.0), 1.0);

@@ -25,7 +25,8 @@ static double fastest(const double of[LEGS], double w[LEGS][DOFS]) {
     return value;
 }
 
-/* Scales the legs' rows by the inertia: a force along leg k accelerates leg l by w[k] w[l]. */
+/* Scales the legs' rows by the inertia: a unit force along leg k accelerates leg l by the dot
+ * product of w[k] and w[l]. */
 static void whiten_legs(const struct rigid_model *rigid, const double pose[DOFS], struct rigid_legs *legs, double w[LEGS][DOFS]) {
     struct rigid_state s;
     struct factor6 mass = {0};

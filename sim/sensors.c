@@ -48,7 +48,7 @@ void sensors_rest(struct sensors *s, const struct exact *exact) {
 /* Returns the output of a first-order lag, exact for an input that changes linearly over the
  * step. */
 static double lagged(double before, double from, double to, double lag_s, double dt_s) {
-    /* lag of the output behind a ramp after a long time: rate times lag */
+    /* trail: steady-state distance of the output behind a ramp, slope times lag_s */
     double left = exp(-dt_s / lag_s), trail = (to - from) * lag_s / dt_s;
     return to - trail + (before - from + trail) * left;
 }

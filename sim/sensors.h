@@ -9,7 +9,7 @@
 
 struct sensor_params;
 
-/* Exact values of what the sensors measure, at one instant. */
+/* Exact values of the measured quantities at one instant. */
 struct exact {
     double length_m[LEGS], p1_pa[LEGS], p2_pa[LEGS];
 };

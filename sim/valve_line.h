@@ -6,7 +6,7 @@
 #include "machine.h"
 
 /* Number of stored commands: 0.1 s (the longest delay) times 10 kHz (the fastest loop), and a
- * margin; a longer delay is shortened to what is stored. */
+ * margin; a longer delay is cut to the time that the stored commands cover. */
 enum { VALVE_LINE_COMMANDS = 1024 };
 
 struct valve_line {

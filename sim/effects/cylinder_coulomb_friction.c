@@ -18,7 +18,7 @@ const struct effect cylinder_coulomb_friction = {
     .keys = {[EXTEND] = {.name = "force_extend_n", .unit = "N", .min = 0.0, .max = 2e4, .typical = 100.0, .per_leg = true},
              [RETRACT] = {.name = "force_retract_n", .unit = "N", .min = 0.0, .max = 2e4, .typical = 100.0, .per_leg = true}},
     .parallel_to = {"axis.force_offset_n"}, /* friction that is stronger in one direction looks like
-                                             * such a force */
+                                             * a constant force */
     .told_apart = {{.from = &cylinder_stribeck_friction,
                     .record = "`--tests z --set tests.frequency_hz=0.5 --set tests.duration_s=20`",
                     .record_axis = "a test that stays below 10 mm/s",

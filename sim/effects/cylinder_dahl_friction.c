@@ -38,7 +38,7 @@ const struct effect cylinder_dahl_friction = {
                            .per_leg = true,
                            .shapes_law = true}},
     .parallel_to = {"axis.force_offset_n"}, /* friction that is stronger in one direction looks like
-                                             * such a force */
+                                             * a constant force */
     .contains = {&cylinder_coulomb_friction},      /* limiting case for a short distance_m */
     .told_apart = {{.from = &cylinder_coulomb_friction,
                     .record = "`--tests z --set tests.amplitude_m=0.001`",

@@ -45,10 +45,11 @@ struct recording_test {
                   * samples */
     struct recording_sample *sample;
     bool borrowed;       /* the samples belong to another test or recording, which frees them */
-    enum refusal refused;/* REFUSED_NOISE if a segment is not evaluated */
+    enum refusal refused;/* REFUSED_NOISE if a segment is mostly noise and therefore not
+                          * evaluated */
     int first, end;      /* the evaluated part: samples first <= i < end; first is -1 if there is
                           * none */
-    struct measured *measured; /* what measured_make() has measured; NULL before */
+    struct measured *measured; /* results of measured_make(); NULL before that call */
 };
 
 /* Signals that the log has, beside the lengths, which it always has. After recording_settle()
@@ -79,8 +80,8 @@ void recording_free(struct recording *r);
  * are RECORDING_RUNS runs already. */
 int recording_begin(struct recording *r, const struct test_params *tests, struct error *error);
 
-/* Adds one cycle; cycles must come in order. Those of the ramp-in and of the evaluated part of a
- * test are kept, and all of a test without a tested axis; others are ignored. A long motion is
+/* Adds one cycle; cycles must come in order. Cycles of a test's ramp-in and evaluated part are
+ * kept, and all cycles of a test without a tested axis; other cycles are ignored. A long motion is
  * thinned evenly to at most 125 MB. Returns -2 if there are too many tests or the order is wrong,
  * -3 without memory. */
 int recording_add(struct recording *r, const struct cycle *cycle, struct error *error);

@@ -17,7 +17,8 @@ double sampling_step_s(const struct recording_test *t, int first, int end) {
             double step = step_at(t, i);
             if (step < GAP * step_s) sum += step, steps++;
         }
-        if (steps == end - 1 - first) break; /* the mean of all has no rounding errors of a sum */
+        /* without gaps the first step_s is kept, which has no rounding errors of a sum */
+        if (steps == end - 1 - first) break;
         step_s = sum / steps;
     }
     return step_s;

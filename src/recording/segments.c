@@ -40,8 +40,9 @@ static const double LAG_RATIO = 1.005;   /* ratio of successive trial periods */
 /* In steady motion, the mean square difference of successive cycles is at most this share of the
  * motion's variance, whatever the noise. */
 static const double MOTION = 0.25;
-/* Largest relative change of period from the first to the second half of a run. A sweep exceeds it:
- * in a run of it whose successive cycles are within ALIKE, the period changes by 8e-3. */
+/* Largest relative change of period from the first to the second half of a run. A sweep exceeds
+ * this limit: if its successive cycles differ by up to ALIKE, the period changes by 8e-3 between
+ * the halves. */
 static const double SWEEP = 3e-3;
 static const double SWELL = 0.1;         /* largest relative change of amplitude from the first to
                                           * the second half of a run */
@@ -161,7 +162,7 @@ static void find_rests(struct grid *g) {
     int window = (int)ceil(REST_S / g->step_s) + 1;
     memset(g->kind, SEGMENT_MOVING, (size_t)g->count);
     if (window < 3) window = 3;
-    /* for each window's first point: does some leg leave its band in the window? */
+    /* leaves[i]: 1 if some leg leaves its band in the window that begins at point i */
     unsigned char *leaves = g->measured + g->count + 1;
     memset(leaves, 0, (size_t)g->count);
     for (int k = 0; k < g->legs; k++) {

@@ -1,6 +1,6 @@
 /* Refuses a recording that cannot be from the configured machine, and says why, so that a plug in
- * the wrong socket is not explained by a physical effect. It reads what was measured and changes
- * nothing of it. No real time; heap. */
+ * the wrong socket is not explained by a physical effect. It reads the measured recording and does
+ * not change it. No real time; heap. */
 #ifndef HEXID_ADMIT_H
 #define HEXID_ADMIT_H
 
@@ -9,7 +9,7 @@
 /* Least number of whole cycles of a steady sinusoid: three to fit and three to judge. */
 enum { RECORDING_CYCLES = 6 };
 
-/* Remarks on a recording, beside the reason of a refusal. */
+/* Results of the checks, beside the reason of a refusal. */
 struct admission {
     bool refuted;           /* lengths, forces or reference contradict the configured machine */
     int excluded;           /* number of records left out because others can be evaluated */

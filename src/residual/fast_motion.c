@@ -15,7 +15,7 @@ static const double OF_PERIOD = 1.0 / 12.0, /* half-width of a node's window, as
                           * both sides, and 0.04 at a record's end, where a node would be off by
                           * microns; 5 um are 26 kPa in a shut chamber. */
 
-/* Finds the lengths of a sample less the lengths by the Fourier series at its time. */
+/* Finds the differences between a sample's lengths and the Fourier series at its time. */
 static void rest_of(const struct recording_sample *sample, const struct spectrum *series, double rest[LEGS]) {
     double basis[SPECTRUM_SIZE], value[3];
     spectrum_basis(series->omega * sample->test_time_s, series->harmonics, basis);

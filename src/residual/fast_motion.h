@@ -25,9 +25,9 @@ bool fast_motion_fit(struct fast_motion *f, const struct recording_test *test, d
                      double from_s, double until_s);
 void fast_motion_free(struct fast_motion *f);
 
-/* Adds a leg's fast motion at a test time, divided by `scale`, to its length and rate. Before the
- * first node and after the last, length and rate of the motion keep their end values. f->nodes must
- * not be 0. */
+/* Adds a leg's fast motion at a test time to its length and rate. scale: scale of the position
+ * sensor, by which the motion is divided. Before the first node and after the last, length and rate
+ * of the motion keep their end values. f->nodes must not be 0. */
 void fast_motion_add(const struct fast_motion *f, int leg, double t_s, double scale, double *length_m, double *rate_mps);
 
 #endif

@@ -12,11 +12,13 @@ static const double SENSOR_SCALE = 0.06; /* a difference of force and weight may
 static const double SUPPLY_MOST = 1.04;  /* a chamber may exceed this times the supply pressure in
                                           * at most 2 % of the samples */
 /* The force works against the motion if the mean power is less than a share of rms force times rms
- * speed. The share is -WITHOUT_LOSS if force and acceleration agree, -AGAINST_SPRING if a spring
- * makes them disagree, WITH_LOSS if they look like the configured mass with the wrong sign. */
+ * speed. The share depends on the mass that fits force and acceleration: -WITHOUT_LOSS if this mass
+ * is positive or slightly negative; WITH_LOSS if it is near minus the configured mass, as a wrong
+ * sign of the force makes it; -AGAINST_SPRING if it is more negative still, as a spring makes
+ * it. */
 static const double WITHOUT_LOSS = 0.2, AGAINST_SPRING = 0.05, WITH_LOSS = 0.05;
-static const double MIRRORED = 2.0; /* a mass looks like the configured one with the wrong sign if
-                                     * their ratio is within this factor */
+static const double MIRRORED = 2.0; /* a negative fitted mass is near minus the configured mass if
+                                     * their magnitudes differ by less than this factor */
 
 static bool bears(double force_n, double weight_n) { return force_n > 0.2 * weight_n && force_n < 5.0 * weight_n; }
 
@@ -130,10 +132,10 @@ static struct drive drive_of(const struct recording *r, const struct residual_da
     return (struct drive){.power = sum[0], .effort = sqrt(sum[3] * sum[4]), .mass_kg = sum[1] / sum[2], .most_kg = sqrt(sum[3] / sum[2])};
 }
 
-/* True if the force drives the motion. The true force does, whatever the friction, so the power
- * shows whether the sign of the force is right. A spring makes the mass look negative, but returns
- * its energy. Only if the mass looks like the configured one with the wrong sign must the power be
- * clearly positive. */
+/* True if the force drives the motion. A force of the right sign supplies the power that friction
+ * dissipates, so the sign of the power shows whether the sign of the force is right. A spring makes
+ * the fitted mass negative, but takes no mean power. The power must be clearly positive only if the
+ * fitted mass is near minus the configured one. */
 static bool drives(const struct drive *d, double mass_kg) {
     double least = d->mass_kg > -mass_kg / MIRRORED ? -WITHOUT_LOSS : d->mass_kg > -mass_kg * MIRRORED ? WITH_LOSS : -AGAINST_SPRING;
     return d->power > least * d->effort;
@@ -176,8 +178,9 @@ static bool exchanged(const struct leg_likeness *l, int a, int b) {
     return margin > 0.2 && likeness(l, a, b) > 0.8;
 }
 
-/* Refuses exchanged legs and wrong signs. most: largest number of wrong signs that is believed. If
- * more legs move in the wrong direction, the cause acts on all of them and is no exchanged plug. */
+/* Refuses exchanged legs and wrong signs. most: largest number of legs that are refused for a wrong
+ * sign; if more legs move in the wrong direction, they have a common cause, which is no exchanged
+ * plug. */
 static int check_likeness(const struct leg_likeness *l, int legs, int most, const char *what, const char *as, struct error *error) {
     for (int a = 0; a < legs; a++)
         for (int b = 0; b < a; b++)

@@ -14,8 +14,8 @@ static const double OVERSHOOT = 1.18; /* height of a jump of friction in the eva
                                        * a multiple of its true height (Gibbs) */
 static const double STILL = 0.03;     /* a rod rests if its speed is less than this share of its rms
                                        * speed: the Fourier series rings at rest */
-static const double FORGOTTEN = 0.05; /* the seals' first deflection no longer counts once at most
-                                       * this share of it is left */
+static const double FORGOTTEN = 0.05; /* the seals' deflection before the first instant is ignored
+                                       * once at most this share of it is left */
 enum { POSE_ITERATIONS = 12, PASSES = 3 };
 
 void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *params, double window_s, double resolution_s) {
@@ -26,14 +26,14 @@ void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *para
     rigid_rest(&d->state, (const double[DOFS]){0});
 }
 
-/* LU factors of a matrix: U in the upper triangle, the factors of L below it, and the row that was
- * exchanged with row j, pivot[j]. */
+/* LU factors of a matrix, with partial pivoting: U in the upper triangle, L without its unit
+ * diagonal below it. pivot[j]: row that was exchanged with row j. */
 struct elimination {
     double m[6][6];
     int pivot[6];
 };
 
-/* Eliminates A, or A'. False: it is singular. */
+/* Factors A, or its transpose A'. False: the matrix is singular. */
 static bool eliminate(double a[6][6], bool transposed, struct elimination *e) {
     double (*m)[6] = e->m;
     for (int i = 0; i < 6; i++)
@@ -221,8 +221,8 @@ bool inverse_dynamics_step(struct inverse_dynamics *d, const struct inverse_dyna
     return true;
 }
 
-/* Deflection of a leg's seals at an instant, as a linear function of the first deflection: at +
- * left * first. */
+/* Deflection of a leg's seals at an instant, as a linear function of their deflection `first`
+ * before the first instant: at + left * first. */
 struct seals {
     double at, left;
 };

@@ -11,8 +11,8 @@
 enum { PHASES = 128 }; /* instants per cycle at which forces are evaluated */
 
 /* Speed, m/s, below which friction may hold a leg; above twice this speed the leg surely slides.
- * Even a held leg moves this slowly, because the oil in its chambers yields. The limit is higher
- * near a reversal and where speeds are noisy. */
+ * Even a held leg moves this slowly, because the oil in its chambers yields. The threshold that is
+ * used is higher near a reversal and where speeds are noisy. */
 #define INVERSE_DYNAMICS_SLOW_MPS 2e-3
 
 struct inverse_dynamics {
@@ -77,8 +77,8 @@ struct inverse_dynamics_input {
  * friction according to the balance of forces, which is used for a leg that is held. */
 double inverse_dynamics_friction(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in, double balance_n);
 
-/* Variance, N^2, of a leg's friction about the force of a sliding leg, because the leg may be held:
- * it slides or it is held, each as likely, and the friction of a held leg is anywhere between the
+/* Variance, N^2, of a leg's friction about its sliding friction, because the leg may be held:
+ * sliding and held are equally likely, and the friction of a held leg is anywhere between the
  * limits of its dry friction. 0 if the leg surely slides or has no dry friction. */
 double inverse_dynamics_held_variance(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in);
 

@@ -19,9 +19,9 @@ enum target { OF_LENGTHS, OF_FORCES, OF_BOTH, TARGETS };
 
 /* Least error that any model is assumed to have, as a share of the force's rms variation. */
 static const double FLOOR = 0.02;
-/* PRIOR: standard deviation of each of the payload's ten numbers, as a share of the configured
- * mass, moment or inertia. PRIOR_COST: rise of the unexplained share for each number that is off by
- * one such deviation. */
+/* PRIOR: standard deviation of each of the payload's ten inertial parameters, as a share of the
+ * configured mass, moment or inertia. PRIOR_COST: rise of the unexplained share for each parameter
+ * that is off by one such deviation. */
 static const double PRIOR = 0.5, PRIOR_COST = 0.02;
 /* An order refutes the stated one if its unexplained share is less than DECISIVE times the stated
  * order's, which counts as at most 1 (it exceeds 1 for another machine), and if the stated order's
@@ -33,11 +33,12 @@ static const double ALIKE = 1.3, SAME = 1e-4;
 
 struct leg_space {
     double legs[LEGS][LEGS];            /* inertia of the configured legs, along the legs */
-    double weight[LEGS][LEGS];          /* W */
-    double body[BODY][LEGS][LEGS];      /* inertia for one unit of each of the payload's ten
-                                         * numbers */
-    double configured[BODY], width[BODY]; /* the payload's ten numbers as configured, and the
-                                           * standard deviations of their priors */
+    double weight[LEGS][LEGS];          /* change of the leg forces that carry the weight, per
+                                         * change of the lengths, N/m: W in leg_order.h */
+    double body[BODY][LEGS][LEGS];      /* inertia along the legs for one unit of each of the
+                                         * payload's ten inertial parameters */
+    double configured[BODY], width[BODY]; /* the payload's inertial parameters as configured, and
+                                           * the standard deviations of their priors */
     double inverse[DOFS][LEGS];         /* J^-1 at neutral */
 };
 
@@ -53,8 +54,9 @@ static int at(enum quantity q, int leg) { return (int)q * LEGS + leg; }
 
 /* --- machine */
 
-/* Computes the inertia matrix of a payload with one of its ten numbers equal to 1 and the others 0.
- * number: 0 mass, 1-3 moment m c, 4-9 inertia about the origin: xx yy zz xy xz yz. */
+/* Computes the inertia matrix of a payload with one of its ten inertial parameters equal to 1 and
+ * the others 0. number: 0 mass, 1-3 first moment m c, 4-9 inertia about the origin: xx yy zz xy xz
+ * yz. */
 static void unit_matrix(int number, double m[DOFS][DOFS]) {
     static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
     memset(m, 0, DOFS * sizeof m[0]);
@@ -194,8 +196,8 @@ static double between(const struct work *w, const double *one, enum quantity p, 
     return sum;
 }
 
-/* Returns the force that one unit of an unknown puts on a leg, as a form (see between()) in *q,
- * a quantity of the legs' lengths. */
+/* One unit of an unknown puts a force on a leg that is a form (see between()). Returns the weights
+ * of this form, and sets *q to its quantity. */
 static const double *form_of(const struct leg_space *s, int unknown, int leg, double unit[LEGS], enum quantity *q) {
     memset(unit, 0, LEGS * sizeof *unit);
     *q = unknown < BODY ? ACCELERATION : unknown < DRY ? RATE : SIGN;
@@ -227,7 +229,8 @@ static double target_square(const struct work *w, int leg, const struct leg_plac
     return sum;
 }
 
-/* Share of the varying force that an order leaves unexplained, the cost of its payload included. */
+/* Share of the varying force that an order leaves unexplained, plus the prior's penalty on the
+ * payload that is fitted for this order. */
 static double unexplained(const struct work *w, const struct leg_places *lengths, const struct leg_places *forces) {
     const struct leg_space *s = &w->space;
     double normal[UNKNOWNS * UNKNOWNS] = {0}, with[UNKNOWNS] = {0}, left = 0.0, whole = 0.0;
@@ -384,8 +387,9 @@ static void describe_all(const struct candidate *c, int candidates, const char *
     if (others) snprintf(text + used, LEG_ORDER_TEXT - used, ", or what a symmetry of the machine makes of it");
 }
 
-/* Rates the common orders, each applied to the lengths, to the forces and to both; to both it does
- * not apply symmetries of the machine. Returns the number of candidates. */
+/* Rates the common orders, each applied to the lengths, to the forces and to both. Orders that are
+ * symmetries of the machine are not applied to both, because this would change nothing. Returns the
+ * number of candidates. */
 static int rate_common(const struct work *w, const struct kinematics *k, struct candidate *candidate) {
     struct leg_places order[LEG_PLACES_COMMON];
     int n = 0;
@@ -412,8 +416,8 @@ static void prefer(struct candidate *best, const struct candidate *c) {
     if (explains_more(c, best) || (!explains_more(best, c) && exchanges(c) < exchanges(best))) *best = *c;
 }
 
-/* Rates all 720 orders, starting from `order`, whose first `leg` places are settled, and keeps the
- * best one for the lengths, the forces and both. */
+/* Rates all orders, except the stated one, whose first `leg` places are those of `order`, and keeps
+ * the best one for the lengths, the forces and both. */
 static void rate_all(const struct work *w, const struct leg_places *order, int leg, struct candidate best[TARGETS]) {
     const struct leg_places *stated = &best[OF_LENGTHS].of[1];
     if (leg == LEGS && leg_places_stated(order)) return;

@@ -6,12 +6,13 @@
  *
  *   f = J'^-1 (M_legs + M_payload) J^-1 l" + W l + b l' + c sign(l')     (each leg its own b, c)
  *
- * with the configured J, legs and weight (W), and a payload that is any rigid body: ten numbers.
- * These equations are linear in 22 unknowns, and for another order of the channels only the indices
- * change. So the products of all channels are summed once over the coefficient rows of a recording.
- * From them a least squares fit of the 22 unknowns yields, for each order, the share of the varying
- * force that the order leaves unexplained. A prior increases this share if the payload is far from
- * the configured one. The stated order is refuted if another one explains decisively more.
+ * with the configured J, legs and weight (W), and a payload that is any rigid body, with ten
+ * inertial parameters. These equations are linear in 22 unknowns, and for another order of the
+ * channels only the indices change. So the products of all channels are summed once over the
+ * coefficient rows of a recording. From them a least squares fit of the 22 unknowns yields, for
+ * each order, the share of the varying force that the order leaves unexplained. A prior increases
+ * this share if the payload is far from the configured one. The stated order is refuted if another
+ * one explains decisively more.
  *
  * The common orders (leg_places.h) are tried first. If the stated one fits badly and none of them
  * is decisive, all 720 are tried, and then lengths and forces in two different orders. Ordinary

@@ -54,8 +54,8 @@ struct readings {
     spectrum_cycle *row[CYCLES_ALL]; /* harmonics of each averaged cycle, by enum cycles - 1 */
 };
 
-/* A channel of one leg in a test's mean cycles, as it is rounded. middle: set to the mean of each
- * cycle. */
+/* Describes how one leg's channel is rounded in the cycles of a spectrum. middle: set to the mean
+ * of each cycle. */
 static struct rounding rounded(const struct readings *of, const struct spectrum *s, int which, enum channel ch, int leg, double step_s,
                                double middle[CYCLES_MAX]) {
     for (int i = 0; i < s->cycles; i++) middle[i] = of->row[which - 1][i][ch][leg][0];
@@ -67,8 +67,9 @@ static struct rounding rounded(const struct readings *of, const struct spectrum 
                              .middle = middle};
 }
 
-/* Finds the rounding errors of one leg in step with the motion: of its length, and of the pressures
- * and the force A1 P1 - A2 P2, or of the reading of a force sensor. */
+/* Finds the standard deviations by rounding errors that repeat in step with a leg's motion: those
+ * of its length, and of the pressures and the force A1 P1 - A2 P2, or of the reading of a force
+ * sensor. */
 static void find_in_step(struct measured *m, const struct readings *of, int leg) {
     struct cylinder_areas areas = cylinder_areas(&of->params->actuator);
     double variance[CYCLES_ALL][CHANNELS][SPECTRUM_SIZE] = {{{0}}}, middle[CYCLES_MAX];
@@ -120,7 +121,8 @@ static double sampled_s(const struct recording_test *test, double t_s) {
     return t_s - before_s < after_s - t_s ? before_s : after_s;
 }
 
-/* Fits the series of a segment. The chambers' simulation starts before the segment. */
+/* Fits the series of a segment. The series begins before the segment, because the simulation of the
+ * chambers needs a run-up. */
 static void measure_segment(struct measured *m, const struct recording *r, const struct recording_test *test) {
     double margin_s = MEASURED_OVERLAP * test->segment_s, begin_s = test->start_s - margin_s;
     bool chambers = r->measured.pressures && r->measured.valve;
@@ -131,7 +133,7 @@ static void measure_segment(struct measured *m, const struct recording *r, const
     m->sufficient[0] = spectrum_cut(&m->spectrum[0], test, m->first_s, m->until_s, omega, m->inverse);
 }
 
-/* True if a test has an evaluated part that lasts. */
+/* True if a test has an evaluated part of more than one instant. */
 static bool lasts(const struct recording_test *t) {
     return t->first >= 0 && t->sample[t->end - 1].test_time_s > t->sample[t->first].test_time_s;
 }
@@ -164,9 +166,9 @@ static bool has_lengths(const struct recording_test *t, int legs) {
     return false;
 }
 
-/* Measures a test as a whole: it is a steady sinusoid, which gets the frequency at which the legs
- * move, or it is cut into segments. The stated frequency is a hint. A test without segments is
- * removed. */
+/* Decides whether a test is a steady sinusoid. If so, it gets the frequency at which the legs move,
+ * for which the stated frequency is only a hint; otherwise it is cut into segments, or removed if
+ * it has none. */
 static int measure_record(struct recording *r, int test, struct measured_record *record, struct error *error) {
     struct recording_test *t = &r->test[test];
     int legs = params_legs(r->params);

@@ -11,13 +11,14 @@ struct measured {
     double command_s;    /* time between commands: the sampling period, or the controller's period
                           * where the recording is slower */
     bool in_step;        /* every sample falls on a command's instant */
-    /* For segments. first_s: first simulated sample, a run-up before the segment. until_s: end of
-     * the segment's margin. inverse: that of spectrum_cut(). */
+    /* Only for segments. first_s: time of the first simulated sample, a run-up before the segment.
+     * until_s: end of the segment's margin. inverse: inverse of the normal equations
+     * (spectrum_cut). */
     double first_s, until_s;
     double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE];
     bool sufficient[CYCLES_ALL]; /* whether the samples suffice for each of the spectra */
-    struct spectrum spectrum[];  /* of a steady sinusoid those of the even, the odd, and all cycles;
-                                  * of a segment a single one */
+    struct spectrum spectrum[];  /* spectra of the even, the odd and all cycles of a steady
+                                  * sinusoid, or the single spectrum of a segment */
 };
 
 /* Share of a segment's length by which its window overlaps each neighbour. */
@@ -29,26 +30,28 @@ struct measured {
 
 /* Measurements of a test of the raw recording as a whole. */
 struct measured_record {
-    bool lasts, lengths; /* it has an evaluated part; a sample of it has the lengths of all legs */
+    bool lasts, lengths; /* lasts: the test has an evaluated part. lengths: some sample of it has
+                          * the lengths of all legs */
     int good;            /* number of its samples that are used */
     bool sinusoid;       /* a steady sinusoid; otherwise it was cut into segments */
-    double frequency_hz; /* of a steady sinusoid */
+    double frequency_hz; /* frequency of a steady sinusoid; 0 for any other motion */
     struct motion_cut cut;
 };
 
 /* A raw recording as it was measured. */
 struct measured_recording {
-    /* The tests that are evaluated, with their frequencies, and in place of other motions their
-     * segments. The samples belong to the raw recording, which must outlive this one. */
+    /* The tests that are evaluated, with their measured frequencies; a motion that is no steady
+     * sinusoid is replaced by its segments. The samples belong to the raw recording, which must
+     * outlive this one. */
     struct recording recording;
     struct measured_record record[RECORDING_TESTS]; /* by the number of the raw recording's test */
     int first;           /* index of the last run's first test in `recording` */
-    double noise;        /* median share of noise in what varies in the tests of the last run, if
-                          * measured_noise() was called */
+    double noise;        /* median share of noise in the rms variation of the last run's tests; set
+                          * by measured_noise() */
 };
 
-/* Measures the last run of a raw recording, and adds it; the first one to a struct that is zero.
- * Returns -2 if there is no room for its tests, or -3 without memory. */
+/* Measures the last run of a raw recording and adds it to m, which must be zero before the first
+ * run. Returns -2 if there is no room for its tests, or -3 without memory. */
 int measured_add(struct measured_recording *m, const struct recording *raw, struct error *error);
 void measured_free(struct measured_recording *m);
 
@@ -61,8 +64,8 @@ int measured_noise(struct measured_recording *m, struct error *error);
  * without memory. */
 int measured_make(struct recording *r, int first, struct error *error);
 
-/* Spectrum of a measured test over these cycles; of a segment its only one. NULL if fewer than two
- * such cycles are complete, or if too many samples of the segment are missing. */
+/* Spectrum of a measured test over these cycles, or the only spectrum of a segment. NULL if fewer
+ * than two such cycles are complete, or if too many samples of the segment are missing. */
 const struct spectrum *measured_spectrum(const struct recording_test *test, enum cycles which);
 
 #endif

@@ -18,8 +18,9 @@ static const double STATED = 0.5;         /* least share of a sinusoid in the le
                                            * weak loop or a shut valve distort it */
 static const double CYCLE = 0.5;          /* least amplitude of each cycle, as a share of the
                                            * cycles' mean amplitude */
-static const double FREQUENCY = 0.1;      /* relative tolerance of the stated frequency: covers
-                                           * errors of clock or typing, not another test */
+static const double FREQUENCY = 0.1;      /* relative tolerance of the stated frequency: above
+                                           * errors of a clock or of typing, below the difference of
+                                           * two tests */
 /* Lower limit of a segment's highest frequency, which makes the segment 3 s long. Only segments
  * that must cover a long record are longer. */
 static const double BAND_LEAST_HZ = 2.75;
@@ -197,7 +198,8 @@ static int periodogram(const struct recording_test *t, int leg, double step_s, d
 
 /* Finds the highest frequency to evaluate: BAND_OF_MOTION times the speed's mean frequency. A long
  * record gets a lower one, so that the segments cover all of it, but not below BAND_OF_MOTION times
- * the length's mean frequency. Notes what the record lacks for that; -3: no memory. */
+ * the length's mean frequency. Sets found->lacks if the record is too short or shows no motion; -3:
+ * no memory. */
 static int find_band(const struct recording_test *t, int legs, double step_s, struct motion_cut *found, double *band_hz,
                      struct error *error) {
     double power[SEGMENT / 2] = {0}, sorted[SEGMENT / 2], bin_hz = 0.0, square = 0.0, rate = 0.0, curve = 0.0;
@@ -275,7 +277,8 @@ static double speed_of(const struct recording_test *t, int leg, double from_s, d
 }
 
 /* True if the speed of a leg may change more sharply within one of the segment's gaps than in a
- * motion of the mean frequency. The series bridges a gap only if the motion continues as before. */
+ * motion of the mean frequency. The series is right within a gap only if the motion continues there
+ * as before. */
 static bool hides_turn(const struct cut *c, const struct cut_segment *p, double omega, double speed) {
     const struct recording_test *t = c->test;
     double last_s = p->start_s - c->before_s;
@@ -342,7 +345,8 @@ static void put_segments(struct recording *r, int test, const struct cut *c) {
     }
 }
 
-/* Returns what the record lacks. */
+/* Replaces a test by its segments. If that is impossible, leaves it as it is and returns what the
+ * record lacks. */
 static enum cut_lacks cut_segments(struct recording *r, int test, struct cut *c) {
     int most = (RECORDING_TESTS - test) / (r->tests - test); /* the tests that are not yet cut share
                                                               * the remaining room */

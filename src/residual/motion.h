@@ -28,8 +28,8 @@ struct motion_cut {
 };
 
 /* Cuts a test into segments; each becomes a test of the recording and shares the samples. Segments
- * at rest or with missing samples are excluded, and segments of a long record are spread over all
- * of it. Nothing is cut if the record lacks something. -3: no memory. */
+ * that are at rest or miss too many samples are excluded, and segments of a long record are spread
+ * over all of it. Nothing is cut if the record lacks something. -3: no memory. */
 int motion_cut(struct recording *r, int test, struct motion_cut *cut, struct error *error);
 
 #endif

@@ -47,8 +47,8 @@ static void mean_levels(const struct recording *r, const struct residual_data *d
 
 /* Share of noise in a test's mean square variation: that of the force, or with evaluated chambers
  * the median of force and both pressures, because a chamber may hardly change its pressure. mean:
- * levels; the difference of a segment's level from them counts as variation. NULL: only variation
- * within the segment counts. */
+ * levels of all segments (mean_levels); the difference of a segment's level from them counts as
+ * variation. NULL: only variation within the segment counts. */
 static double noise_share(const struct residual_test *t, const struct params *params, double (*mean)[LEGS], struct whitener *w) {
     int kinds = t->chambers ? RESIDUALS : 1;
     double share[RESIDUALS];

@@ -1,4 +1,4 @@
-/* Finds what is mostly noise. No real time; heap. */
+/* Finds tests and segments that are mostly noise. No real time; heap. */
 #ifndef HEXID_NOISE_CHECK_H
 #define HEXID_NOISE_CHECK_H
 

@@ -87,9 +87,8 @@ static void accelerate(const struct machine *machine, struct instant *now) {
     }
 }
 
-/* Mean square that noise gives a leg's path between two flanks. Length noise of other legs is left
- * out: where it comes from legs that are loose at the same time it cancels, since M_uu^-1 M_uu =
- * 1. */
+/* Mean square noise of a leg's path between two flanks. Length noise of other legs is left out:
+ * where it comes from legs that are loose at the same time it cancels, since M_uu^-1 M_uu = 1. */
 static double way_noise_m2(const struct play_motion *m, const struct instant at[PHASES], int leg, int from, int steps) {
     double sum = m->noise->length_m2[steps][leg];
     for (int k = 0; k < LEGS; k++)

@@ -37,9 +37,9 @@ struct play_motion {
     const struct play_noise *noise;
 };
 
-/* Finds the positions of the rods in their joints with backlash. d: a platform's, with force_std_n
- * set. ahead_m: distance by which each rod is ahead of its position in a joint without backlash.
- * False: no pose has these lengths. */
+/* Finds the positions of the rods in their joints with backlash. d: inverse dynamics of a platform,
+ * with force_std_n set. ahead_m: distance by which each rod is ahead of its position in a joint
+ * without backlash. False: no pose has these lengths. */
 bool play_find(struct inverse_dynamics *d, const struct play_motion *motion, double ahead_m[PHASES][LEGS]);
 
 #endif

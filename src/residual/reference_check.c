@@ -58,9 +58,9 @@ static void add_test(const struct recording *r, const struct recording_test *t, 
         for (int b = 0; b < LEGS; b++) m->asked[a][b] -= n * sum[a] * sum[b];
 }
 
-/* Refuses a reference against which all legs move; if a leg's sign were wrong, only this leg would.
- * The segments of a record are judged together, because in a single segment a weak loop may let the
- * legs move against the reference. */
+/* Refuses a reference against which all legs move. A wrong sign of a leg's length would make only
+ * this leg move against the reference. The segments of a record are judged together, because in a
+ * single segment a weak loop may let the legs move against the reference. */
 static int check_reference(const struct recording *r, int first, int end, const struct kinematics *k, struct error *error) {
     const struct recording_test *t = &r->test[first];
     struct leg_moments m = {0};

@@ -18,8 +18,8 @@ static void read_back(const struct sensor_path *path, const struct residual_test
     for (int a = 0; a < t->size; a++) row[a] *= path->scale / hypot(1.0, t->rate[a] * path->lag_s);
 }
 
-/* Converts a difference of forces to one of readings. For A1 P1 - A2 P2 it is scaled by the noise
- * of both pressures, and the lag is P1's. */
+/* Converts a difference of forces to one of readings. The scale for A1 P1 - A2 P2 is that of the
+ * noise of both pressures together; its lag is that of P1. */
 static void read_force_back(const struct cylinder_model *m, const struct residual_test *t, int leg, double *row) {
     if (!t->pressures) {
         read_back(&m->machine.sensors.force[leg], t, row);
@@ -398,7 +398,8 @@ static bool required(const struct residual_test *t, const struct params *model, 
     prepare_inverse(t, model, &inverse);
     if (!find_play(t, &inverse, p, rows) || !tabulate_cycle(t, t->harmonics, &inverse, rows, p, table)) return false;
     memset(force_n, 0, LEGS * sizeof force_n[0]);
-    inverse.slides = t->slides; /* backlash and seals are where the balance of forces puts them */
+    inverse.slides = t->slides; /* set only here, because positions in the backlash and deflections
+                                 * of the seals always follow from the balance of forces */
     for (int i = 0; i < t->phases; i++) {
         if (!inverse_dynamics_step(&inverse, &table[i], force)) return false;
         for (int k = 0; k < t->legs; k++) project_phase(t, i, force[k], force_n[k]);
@@ -414,8 +415,9 @@ bool residual_required(const struct residual_test *t, const struct params *model
     return required(t, model, &rows, NULL, force_n);
 }
 
-/* Adds the covariance of a force that all instants from begin to end - 1 share, in proportion to
- * std_n. Instants beyond the last one are those of the next cycle. */
+/* Adds `share` times the covariance of a force that has the standard deviations std_n and is fully
+ * correlated over the instants begin to end - 1. Instants beyond the last one are those of the next
+ * cycle. */
 static void add_shared(const struct residual_test *t, int begin, int end, const double *std_n, double share,
                        double covariance[RESIDUAL_SIZE][RESIDUAL_SIZE]) {
     double sum[RESIDUAL_SIZE] = {0};
@@ -428,7 +430,8 @@ static void add_shared(const struct residual_test *t, int begin, int end, const 
  * variance is constant while the leg is held, the other half changes as fast as the row
  * resolves. */
 static void add_held(const struct residual_test *t, const double std_n[PHASES], double covariance[RESIDUAL_SIZE][RESIDUAL_SIZE]) {
-    int first = 0; /* of a cycle, the first instant at which the leg slides */
+    int first = 0; /* first instant at which the leg slides, if the motion is a cycle; otherwise
+                    * 0 */
     while (t->spectrum.cycles > 0 && first < t->phases && std_n[first] > 0.0) first++;
     for (int i = first, end; i < first + t->phases; i = end + 1) {
         for (end = i; end < first + t->phases && std_n[end % t->phases] > 0.0; end++)

@@ -52,8 +52,8 @@ struct residual_test {
     struct spectrum spectrum;
     int legs;                    /* number of legs of the mechanism; coefficients of the others are
                                   * zero */
-    /* pressures: pressures are measured, and no force. chambers: commands are measured as well, so
-     * that the chambers' pressures are evaluated. */
+    /* pressures: pressures are measured, and the force is computed from them. chambers: commands
+     * are measured as well, so that the chambers' pressures are evaluated. */
     bool pressures, chambers;
     int harmonics;               /* harmonics of the motion's series */
     int size;                    /* coefficients in a row, at most RESIDUAL_SIZE */
@@ -145,9 +145,9 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
  * it moves the pose. Otherwise all are returned. */
 enum residual_equations residual_legs_apart(const struct params *model);
 
-/* Computes the covariance that each leg's force row, N^2, has by the friction of the leg while it
- * may be held; at an instant its variance is inverse_dynamics_held_variance(). All zeros: no leg is
- * ever held, or the model cannot move like this. */
+/* Computes the covariance, N^2, of each leg's force row that results from the unknown friction of
+ * the leg while it may be held; at an instant its variance is inverse_dynamics_held_variance(). All
+ * zeros: no leg is ever held, or the model cannot move like this. */
 void residual_held(const struct residual_test *t, const struct params *model, double covariance[LEGS][RESIDUAL_SIZE][RESIDUAL_SIZE]);
 
 /* Coefficient row of the rate of a leg's length, m/s. */

@@ -166,8 +166,8 @@ static void hold_commands(struct residual_test *t, const struct recording_test *
 
 /* Fills t->projection, which turns a segment's simulated samples into a coefficient row: the
  * least-squares fit of the series, then the projection onto the row, as for measured samples. The
- * run-up takes no part. t->coupling, an integral before, becomes the sum over these samples.
- * share: simulated over measured sampling period. */
+ * run-up is left out. t->coupling, which prepare_segment() has computed as an integral, is replaced
+ * by the sum over these samples. share: simulated over measured sampling period. */
 static void project_samples(struct residual_test *t, int settling, double share, const double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
     double basis[SPECTRUM_SIZE], weight[RESIDUAL_SIZE][SPECTRUM_SIZE] = {{0}};
     for (int a = 0; a < t->size; a++)

@@ -11,7 +11,8 @@
 enum {
     SAMPLES_PER_HARMONIC = 3,
     SPEED_POINTS = 64,
-    SLOWEST = 2,         /* lowest bins of the periodogram over the cycles, which lasting() uses */
+    SLOWEST = 2,         /* number of lowest bins of the periodogram over the cycles that lasting()
+                          * uses */
 };
 static const double RIDGE_PER_SAMPLE = 1e-9; /* ridge per sample on the diagonal of the normal
                                               * equations: above rounding, below any signal */
@@ -70,7 +71,7 @@ struct span {
 
 /* Sums the products of the Fourier basis over the good samples: with itself, with the channels, and
  * with a drift of one unit per period about the middle. longest_s: longest time between two good
- * samples. Returns their number. */
+ * samples. Returns the number of good samples. */
 static int add_samples(const struct spectrum *s, const struct recording_test *t, const struct span *span,
                        double product[SPECTRUM_SIZE][SPECTRUM_SIZE], double row[CHANNELS][LEGS][SPECTRUM_SIZE], double ramp[SPECTRUM_SIZE],
                        double *longest_s) {

@@ -14,7 +14,8 @@ enum { COORDINATES = JOINT_COORDINATES / LEGS };
  * share of the common value's standard deviation. */
 static const double REST = 0.5;
 
-/* struct sensor_errors is the part of the vector of errors before the joints. */
+/* struct sensor_errors has the layout of the error vector up to the joints, because
+ * systematic_undo() copies one to the other. */
 _Static_assert(sizeof(struct sensor_errors) == SYSTEMATIC_JOINT * sizeof(double), "the errors have one order");
 _Static_assert(offsetof(struct sensor_errors, skew_s) == SYSTEMATIC_SKEW * sizeof(double), "the errors have one order");
 _Static_assert(offsetof(struct sensor_errors, pipe_m) == SYSTEMATIC_PIPE * sizeof(double), "the errors have one order");
@@ -197,8 +198,8 @@ static void undo_all_pipes(const struct cylinder_model *m, double common_m, cons
     }
 }
 
-/* Makes the legs shorter by what the hydraulic force compresses between the position sensors and
- * the joints. */
+/* Subtracts from the lengths the compliance between position sensors and joints times the hydraulic
+ * force. */
 static void undo_compliance(const struct cylinder_model *m, double compliance_m_per_n, const struct residual_test *t, struct series *rows) {
     for (int k = 0; k < t->legs && compliance_m_per_n != 0.0; k++) {
         double push_n[SPECTRUM_SIZE];

@@ -60,8 +60,8 @@ struct tolerance_params;
 void systematic_exclude(struct tolerance_params *tolerance);
 
 /* True if this error changes the measured motion or the joints, and not just the leg forces. Errors
- * of the forces change the motion, too, through the compliance: by 2 % of their column at 20 N/um,
- * which is neglected. */
+ * of the forces change the motion, too, through the compliance: at 20 N/um by 2 % of their effect
+ * on the residuals, which is neglected. */
 bool systematic_moves(int error);
 
 /* Families of errors as they are shown to users: their names, and the family of an error. */

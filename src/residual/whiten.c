@@ -95,9 +95,9 @@ static void stiffness(const struct chambers *c, double rate_radps, double comple
  * constant, and each coefficient of a segment, has none: returns a. */
 static int quadrature(const struct residual_test *t, int a) { return !t->spectrum.cycles || !a ? a : a % 2 ? a + 1 : a - 1; }
 
-/* Variance of a cycle's mean pressure about its drift, less the most that still counts as noise
- * (UNSTEADY); 0 if it is no more. A chamber whose valve stays shut keeps its oil for seconds, and
- * no steady state determines how much that is. */
+/* Variance of the cycles' mean pressures about their drift, less the largest variance that still
+ * counts as noise (UNSTEADY); 0 if it does not exceed this. A chamber whose valve stays shut keeps
+ * its oil for seconds, and no steady state determines how much that is. */
 static double wander(const struct spectrum *s, enum channel channel, int leg, int samples) {
     return fmax(square(s->std[channel][leg][0]) * s->cycles - square(UNSTEADY * s->noise[channel][leg]) / samples, 0.0);
 }

@@ -15,7 +15,9 @@ struct whitener {
                                                                 * evaluated */
     /* variance of each residual by the sensors' noise, in the units of the readings */
     double noise[LEGS][RESIDUAL_SIZE][RESIDUALS];
-    int values;                                                /* number of evaluated residuals */
+    int values;                                                /* number of evaluated values: legs
+                                                                * times residuals times
+                                                                * coefficients */
 };
 
 #define NOISE_ALONE 1e-6 /* model_error so small that only the sensors' noise counts */
