@@ -17,7 +17,7 @@ struct blind_time blind_time(const struct params *p) {
     };
     struct blind_time *longest = cases;
     for (unsigned i = 1; i < sizeof cases / sizeof *cases; i++)
-        if (!(cases[i].s <= longest->s)) longest = &cases[i]; /* NaN counts as the longest */
+        if (!(cases[i].s <= longest->s)) longest = &cases[i]; /* also if one is NaN */
     longest->allowed = longest->s <= p->limits.blind_time_s * (1 + rounding);
     return *longest;
 }

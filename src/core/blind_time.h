@@ -36,8 +36,8 @@
  * centred after B cycles, with effect from the next SYNC.
  *     W + t + (B + 2) T
  *
- * can.heartbeat_s is in none of the sums: missing PDOs show earlier than missing heartbeats that a
- * node or daemon is lost. */
+ * can.heartbeat_s is in none of the sums, because missing PDOs reveal a lost node or daemon earlier
+ * than missing heartbeats do. */
 #ifndef HEXID_BLIND_TIME_H
 #define HEXID_BLIND_TIME_H
 

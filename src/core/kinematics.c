@@ -27,7 +27,8 @@ static const double LEG_MIDDLE = 0.45; /* part of a leg that counts for collisio
 /* Sine of the smallest angle between a joint's axis and its leg at neutral. The angle is 20
  * degrees, because a leg swings by up to 10 degrees. */
 static const double AXIS_ACROSS = 0.35;
-static const double AXIS_LEAST = 1e-6; /* shortest vector that has a direction */
+static const double AXIS_LEAST = 1e-6; /* shortest configured axis vector whose direction is
+                                        * trusted; a shorter one is refused */
 
 /* Computes the joints in the frame of their body: as given, or in pairs on a circle. */
 static void joints(const struct leg_vectors *given, double radius, const double angle[LEGS], double point[LEGS][3]) {

@@ -42,7 +42,7 @@ double modal_between(const struct modal *modal, const double to[LEGS], const dou
 double modal_gain(const struct modal *modal, const double motion[LEGS]);
 
 /* Computes the lengths Lref - e' that the legs' controllers get in place of the measured ones; if
- * the weights are off, they are the measured ones to the last bit. RT. */
+ * modal->on is false, they equal the measured ones to the last bit. RT. */
 void modal_lengths(const struct modal *modal, const double ref_m[LEGS], const double length_m[LEGS], double seen_m[LEGS]);
 
 #endif

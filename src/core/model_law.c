@@ -185,7 +185,7 @@ double model_law_command(struct model_law *law, const struct control_params *g, 
     double u = pid_step_forward(pid, g, dt_s, ref_m, length_m, force_n, forward), command = valve_flow_command(&law->valve[leg], u);
     law->sent[leg][law->newest] = u;
     pid->saturated = pid->saturated || fabs(command) > g->output_limit;
-    /* SAFETY: NaN passes the limit unchanged, and the back-end then centres the valve. */
+    /* SAFETY: a command of NaN is not clamped here, and the back-end then centres the valve. */
     return command > g->output_limit ? g->output_limit : command < -g->output_limit ? -g->output_limit : command;
 }
 

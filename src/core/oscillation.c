@@ -43,8 +43,8 @@ static double valve_lags(double speed_mps, double follows, double period_s, doub
     return (*valve_mps - before) / period_s;
 }
 
-/* Returns the mean square of the acceleration that white commands of variance 1 cause, which is the
- * sum of squares of the impulse response. */
+/* Returns the mean square of a leg's acceleration if its commanded speed is white noise of variance
+ * 1, which is the sum of squares of the impulse response. */
 static double white_gain(double follows, double period_s) {
     double half = 0.0, valve = 0.0, sum = 0.0;
     for (int n = 0; n < WHITE_CYCLES; n++) {
@@ -74,7 +74,8 @@ void oscillation_init(struct oscillation *o, const struct params *params, const 
     for (int leg = 0; leg < LEGS; leg++) {
         double flow_m3_per_s = h->valve_flow_m3_per_s[leg] * sqrt(drop_pa / h->valve_drop_pa);
         valve_flow_init(&o->valve[leg], leg, params, k);
-        /* SAFETY: only the law `model` jumps; the PID's command counts as a whole. */
+        /* SAFETY: only the law `model` jumps through the dead band. For the PID the dead band is
+         * taken as 0, so that its whole command counts. */
         if (params->control.law != CONTROL_MODEL) o->valve[leg].dead = 0.0;
         o->jumps |= o->valve[leg].dead > 0.0;
         o->speed_mps[leg] = 2.0 * flow_m3_per_s / (areas.a1_m2[leg] + areas.a2_m2[leg]);

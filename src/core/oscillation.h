@@ -73,8 +73,8 @@ struct oscillation {
                                      * arm_m */
     double push[LEGS][DOFS]; /* acceleration of the platform per leg force, angles times arm_m,
                               * 1/kg */
-    double slower;           /* share of its distance to the force by which slow_n approaches the
-                              * force in a cycle */
+    double slower;           /* coefficient of the low-pass: each cycle adds slower * (force -
+                              * slow_n) to slow_n */
     bool weighs;             /* false: `push` is unknown, because the inertia could not be
                               * computed */
     bool jumps;              /* the law `model` jumps through a configured dead band: `commanded`
@@ -82,10 +82,11 @@ struct oscillation {
     struct valve_flow valve[LEGS]; /* configured valves, for null and dead band */
     double speed_mps[LEGS];  /* speed of each leg at full opening, if half the supply pressure drops
                               * at each port */
-    double follows;          /* share of its distance to its input by which each of a valve's two
-                              * first-order lags moves in a cycle */
-    double white;            /* mean square of the acceleration that white commands cause, divided
-                              * by the mean square of their fourth difference, 1/s^2 */
+    double follows;          /* coefficient of each of a valve's two first-order lags: each cycle
+                              * adds follows * (input - output) to its output */
+    double white;            /* for a leg's commanded speed that is white noise: mean square of the
+                              * resulting acceleration over mean square of the speed's fourth
+                              * difference, 1/s^2 */
     int lag, every;          /* number of cycles in 16 ms, and in a block */
     int past;                /* number of poses kept: 2 lag + 1 */
     /* the members below have been collected since driving began */

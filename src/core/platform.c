@@ -64,7 +64,8 @@ static double age_s(const struct platform *p, const struct hal_sample *in) {
 /* Result of judging a sample by the limits. */
 struct judgement {
     uint32_t faults;              /* FAULT_... bits and the bits of their legs */
-    uint32_t asked;               /* fault whose furthest value `measure` gets; 0: none */
+    uint32_t asked;               /* fault for which `measure` gets the value furthest beyond its
+                                   * limit; 0: none */
     double beyond;           /* excess of that furthest value over its limit */
     struct fault_measure measure; /* leg, value and limit of that furthest value */
 };
@@ -244,9 +245,10 @@ static enum trigger commanded(struct platform *p, struct request request) {
 static double in_state_s(const struct platform *p) { return (double)p->ticks * p->params->loop.period_s; }
 
 /* SAFETY: closing the last interlock must not start the machine, so an input that is open before
- * the supply is on ends an automatic run, whatever else is doubtful in the sample. Pressure that
- * lingers does so once the platform is settled. With these flags the inputs may be unknown; those
- * of a stale sample are not, on CAN they are newer than the rest of it. */
+ * the supply is on ends an automatic run, whatever else is doubtful in the sample. Lingering
+ * pressure ends it only once the platform is settled. Samples with SAMPLE_IO or SAMPLE_INVALID are
+ * left out, because their inputs may be unknown; a stale sample counts, because on CAN its inputs
+ * are newer than the rest of it. */
 static void end_automatic(struct platform *p, const struct hal_sample *in) {
     uint32_t wrong = platform_wrong(p);
     if (p->supervisor.state != STATE_SETTLED) wrong &= ~(uint32_t)INPUT_LINGERS;
@@ -398,7 +400,8 @@ static void power(struct platform *p) {
     if (supervisor_powers(p->supervisor.state)) p->command.supply = !p->command.supply;
 }
 
-/* Reacts to faults: stops the platform at once, or parks it while another fault is latched. */
+/* Reacts to faults: stops the platform at once if this sample demands it; otherwise parks it as
+ * long as a fault is latched. */
 static void react(struct platform *p, enum reaction reaction) {
     if (reaction == REACTION_STOP) apply(p, TRIGGER_FAULT);
     else if (p->supervisor.faults) apply(p, TRIGGER_PARK);

@@ -66,7 +66,7 @@ static void places(const struct kinematics *k, const struct params *p, double le
 }
 
 /* A path from neutral: the share of it that was reached, and its worst pose if that is worse than
- * those of all earlier paths. */
+ * those of all earlier paths that reached their end. */
 struct way {
     double gone, condition;
     double pose[DOFS], worst_pose[DOFS]; /* end of the path, and its worst pose */

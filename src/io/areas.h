@@ -13,7 +13,8 @@ enum { AREAS_TEXT_SIZE = 200 };
 bool areas_stated(const struct params *params);
 
 /* Writes the areas, "31.17 cm^2 on the rodless side, 15.27 cm^2 on the rod side (piston 63 mm, rod
- * 45 mm)"; or that each leg has its own, or which diameters are not stated. */
+ * 45 mm)". Writes instead that each leg has its own areas, or which diameters are not stated, if
+ * that is so. */
 void areas_text(const struct params *params, char text[AREAS_TEXT_SIZE]);
 
 #endif

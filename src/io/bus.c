@@ -250,7 +250,7 @@ static bool open_receiver(struct bus *b, const char *prefix) {
     int yes = 1, no = 0, room = BUS_RECEIVE_BUFFER;
     b->in = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (b->in < 0) return false;
-    /* the system may grant a smaller buffer */
+    /* the result is ignored, because the system may grant a smaller buffer than requested */
     setsockopt(b->in, SOL_SOCKET, SO_RCVBUF, &room, sizeof room);
     return !setsockopt(b->in, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes) &&
            !setsockopt(b->in, IPPROTO_IP, IP_MULTICAST_ALL, &no, sizeof no) && drop_others(b->in, prefix) &&

@@ -32,7 +32,7 @@ int command_client_send(struct command_client *c, enum command command, bool ren
 int command_client_send_gains(struct command_client *c, const struct gain_change *change);
 
 /* Result of a wait. LEFT: the daemon has ended regularly, and c->answer has its last state
- * (OUTCOME_ENDED). LOST: the connection ended without that. */
+ * (OUTCOME_ENDED). LOST: the connection ended without such a last answer. */
 enum command_news { NEWS_NONE, NEWS_ANSWER, NEWS_LEFT, NEWS_LOST };
 
 /* Waits at most patience_ms for the answer to the last request, which is then in c->answer.

@@ -1,12 +1,14 @@
-/* Commands of this host and their answers, as packets of a SOCK_SEQPACKET socket. Whatever came off
- * a socket is untrusted until decoded: decode returns false, and leaves its result alone, unless
- * the packet is whole and valid. Big-endian. Ordinary threads, no heap.
+/* Commands from programs of this host to the daemon, and the daemon's answers, as packets of a
+ * SOCK_SEQPACKET socket. Whatever came off a socket is untrusted until decoded: decode returns
+ * false, and leaves its result alone, unless the packet is whole and valid. Big-endian. Ordinary
+ * threads, no heap.
  *
  * Numbers in parentheses are the fields' sizes in bytes:
  * request, 16 bytes: "HEXC", version (2), command (1; enum command, 0 with renew), renew (1; 0 or
  *     1), id (4), zero (4)
  *     COMMAND_SET with new gains continues: digest of the configuration (8), gains that the client
- *     knew (5 x 8), new gains (5 x 8), IEEE 754. Without these fields it asks for the gains
+ *     believes to be in use (5 x 8), new gains (5 x 8), IEEE 754. A COMMAND_SET without these
+ *     fields changes nothing; its answer states the gains in use
  * answer, 512 bytes: "HEXA", version (2), outcome (1), state (1), id (4), lease in ms (4), text
  *     (496, ended by zeros) */
 #ifndef HEXID_COMMAND_PACKET_H
@@ -28,10 +30,11 @@ struct command_request {
     uint32_t id;          /* the client chooses it, and the answer repeats it */
     enum command command; /* the command; COMMAND_NONE if `renew` is set */
     bool renew;           /* the request renews the sender's lease */
-    bool sets;            /* COMMAND_SET has new gains in `change`; false: it asks for them */
+    bool sets;            /* true: COMMAND_SET with new gains in `change`; false: COMMAND_SET that
+                           * only queries the gains in use */
     struct gain_change {
         uint64_t digest;        /* config_digest() of the client's configuration */
-        struct gains from, to;  /* gains that the client knew, and those it asks for */
+        struct gains from, to;  /* gains that the client believes to be in use, and the new ones */
     } change;
 };
 

@@ -26,9 +26,10 @@ void command_server_init(struct command_server *s) {
 
 /* ---- opening ---- */
 
-/* SAFETY: gives the file to group hexid. By the file's group the kernel decides who may set the
- * machine in motion. If the daemon is not permitted to change the group, only the daemon's own user
- * can. The file of a service is in that group from the start. */
+/* SAFETY: gives the socket's file to group hexid. The kernel lets only this group, the daemon's
+ * user and root connect, and so set the machine in motion. If the daemon may not change the file's
+ * group, the group is left out. A service runs in group hexid, so its file has that group from the
+ * start. */
 static bool give_to_group(const char *path) {
     struct group *group = getgrnam(GROUP);
     struct stat s;
@@ -68,8 +69,8 @@ int command_server_open(struct command_server *s, const char *name, const struct
     return status;
 }
 
-/* Returns true only if the socket's file is certainly gone: other errors prove nothing, because the
- * confined daemon may not look into some directories. */
+/* Returns true only if the socket's file is certainly gone or replaced: other errors prove nothing,
+ * because the confined daemon may not look into some directories. */
 static bool missing(const struct command_server *s, enum command_socket kind) {
     struct sockaddr_un address;
     struct stat file;
@@ -86,7 +87,8 @@ enum command_socket command_server_missing(const struct command_server *s) {
 
 /* ---- connections ---- */
 
-/* Once nothing is driven any more, nothing is read or closed. */
+/* Returns true once nothing is driven any more; from then on no packet is read and no connection is
+ * closed. */
 static bool over(const struct command_server *s) { return s->handler->over && s->handler->over(s->handler->context); }
 
 static void release(struct command_server *s, struct command_place *c) {
@@ -129,9 +131,9 @@ static bool serve(struct command_server *s, struct command_place *c, enum comman
 }
 
 /* Closes a connection.
- * SAFETY: first takes the stops that wait in it, also behind up to LAST_PACKETS other packets;
- * takes nothing that moves. From shutdown() on, sending to it fails, so no packet is lost without
- * an error at its sender. */
+ * SAFETY: first takes the stops among the first LAST_PACKETS packets that wait in it; ignores all
+ * commands that move. From shutdown() on, sending to it fails, so no packet is lost without an
+ * error at its sender. */
 static void dismiss(struct command_server *s, struct command_place *c, enum command_socket kind) {
     c->closing = true;
     shutdown(c->fd, SHUT_RD);
@@ -248,7 +250,8 @@ void command_server_end(struct command_server *s, const struct command_answer *l
             if (s->place[k][i].fd >= 0) end_connection(s->place[k][i].fd, last_words);
         if (s->passing[k].fd >= 0) end_connection(s->passing[k].fd, last_words);
         if (s->listener[k] < 0) continue;
-        shutdown(s->listener[k], SHUT_RDWR); /* no more can connect; who waits is accepted */
+        shutdown(s->listener[k], SHUT_RDWR); /* no new client can connect; the ones in the queue are
+                                              * accepted below */
         for (int i = 0, fd; i < LAST_AT_ONCE && (fd = accept4(s->listener[k], NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC)) >= 0; i++)
             end_connection(fd, last_words);
     }

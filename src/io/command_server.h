@@ -1,13 +1,13 @@
 /* The daemon's end of its two command sockets (machine_name.h): connections and their packets.
  * operator.h decides on the requests. Main thread; opened before the daemon confines itself, and
- * nothing here blocks (before Linux 6.16 a client's descriptors can, and the loop then parks: see
- * local_socket() and loop_attend()).
+ * nothing here blocks (except that before Linux 6.16 descriptors sent by a client can block a call;
+ * the loop then parks: see local_socket() and loop_attend()).
  *
  * SAFETY: nothing can hold up a stop. NAME.stop has its own places; command_server_serve() takes
  * one packet from each connection and a bounded number of new connections; if all places are taken,
  * the user with most of them loses the connection that was silent for longest, unless it is needed
- * (command_handler.needs); and before a connection is closed, whatever the reason, the stops that
- * wait in it behind up to 64 other packets are taken. A client that does not read its answers is
+ * (command_handler.needs); and before a connection is closed, whatever the reason, the stops among
+ * the first 64 packets that wait in it are taken. A client that does not read its answers is
  * disconnected. If a connection can be neither accepted nor replaced (no descriptors or memory),
  * the listener is left out of the next poll(), so that the loop does not spin. */
 #ifndef HEXID_COMMAND_SERVER_H
@@ -29,8 +29,8 @@ enum {
  * twice. */
 struct command_handler {
     void *context;
-    /* Takes a request. may_move: it came over NAME, which the kernel opens only to the daemon's
-     * user, root and group hexid. */
+    /* Takes a request. may_move: the request came over socket NAME, to which the kernel lets only
+     * the daemon's user, root and group hexid connect. */
     void (*take)(void *context, uint64_t peer, const struct command_request *request, bool may_move);
     void (*gone)(void *context, uint64_t peer);
     /* Returns true if this peer waits for an answer or holds a lease; its connection is then not
@@ -61,9 +61,9 @@ struct command_server {
                                     * by which a replaced file is noticed */
     bool rests[COMMAND_SOCKETS];   /* this listener is left out of the next poll() */
     struct command_place place[COMMAND_SOCKETS][COMMAND_PLACES];
-    struct command_place passing[COMMAND_SOCKETS]; /* connection without a place: closed at
-                                                    * once, or kept for the last words once
-                                                    * command_handler.over */
+    struct command_place passing[COMMAND_SOCKETS]; /* connection for which no place is free: closed
+                                                    * at once; once command_handler.over, kept open
+                                                    * instead, so that it gets the last words */
     uint64_t peers;                /* number of the latest peer */
     int64_t heard;                 /* count of connections and packets so far */
     const struct command_handler *handler;
@@ -101,10 +101,11 @@ void command_server_answer(struct command_server *s, uint64_t peer, const struct
  * there are descriptors, and ends the connections, so that later clients find no daemon. May be
  * called again.
  * SAFETY: closes no connection and no listener, because the descriptors in the packets that wait
- * there can hold up each close() for as long as a client likes, and the log is closed only behind
- * this call. At the end of the process the kernel closes them without that wait. Up to four
- * descriptors are kept from the clients, for what is written after this call (results, log); they
- * are duplicates of a listener, whose close() waits for nothing. */
+ * there can hold up each close() for as long as a client likes, and the log is closed only after
+ * this call. At the end of the process the kernel closes them without that wait. During this call
+ * four descriptors are reserved, if available, so that clients leave some for the results and the
+ * log, which are written later; they are duplicates of a listener, so closing them waits for
+ * nothing. */
 void command_server_end(struct command_server *s, const struct command_answer *last_words);
 
 #endif

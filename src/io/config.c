@@ -329,8 +329,9 @@ static int read_tests(struct params *params, const char *text, size_t size, cons
     return status;
 }
 
-/* Checks a configuration as config_check() does, but with the least amplitudes, which any machine
- * reaches: those of a recording were reached. */
+/* Checks a configuration as config_check() does, but with the smallest amplitudes that a
+ * configuration can have, so that the check whether the machine reaches them passes: a recorded
+ * motion was reached. */
 static int check_recorded(const struct params *params, const char *name, struct error *error) {
     struct params *still = malloc(sizeof *still);
     struct config_key key;
@@ -397,7 +398,8 @@ static void print_entry(FILE *out, const struct config_key *key, const struct pa
     else fprintf(out, "%s %s\n", key->shapes_law ? "usually" : "adds nothing at", key->value);
 }
 
-/* left_out: keys and sections to leave out, ended by NULL. */
+/* Returns the configuration as YAML text, with a comment line `head` (NULL: none) and notes behind
+ * values; NULL without memory. left_out: keys and sections to leave out, ended by NULL. */
 static char *print_text(const struct params *params, const char *head, const struct config_note *note, int notes,
                         const char *const *left_out) {
     char *text = NULL, before[CONFIG_PATH_SIZE] = "";

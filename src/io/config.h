@@ -21,9 +21,9 @@ void config_default(struct params *params);
 int config_load(struct params *params, const char *path, const char *const *settings, int count, struct error *error);
 
 /* Makes the checks that only a run needs, since evaluating a log moves nothing. Refuses a mechanism
- * that hexid does not drive; a platform that hangs; limits.length_min_m not below the length of a
- * fully retracted leg; ramps that are too short; and a machine that may move without a controller
- * for longer than limits.blind_time_s (blind_time.h). Returns 0 or -2. */
+ * that hexid does not drive; a platform suspended from its legs; limits.length_min_m not below the
+ * length of a fully retracted leg; ramps that are too short; and a machine that may move without a
+ * controller for longer than limits.blind_time_s (blind_time.h). Returns 0 or -2. */
 int config_check_motion(const struct params *params, struct error *error);
 
 /* Loads YAML text from memory, such as that in a log; `name` stands for the file in messages. */

@@ -13,9 +13,9 @@
 #include "params.h"
 #include "units.h"
 
-static const double substep_max_s = 0.25e-3; /* largest substep; with longer steps, errors of the
-                                              * first-order engine matter: docs/method.md section
-                                              * 4 */
+static const double substep_max_s = 0.25e-3; /* largest substep of the simulation; with longer ones
+                                              * its integration errors bias the identified inertia
+                                              * (docs/method.md section 4) */
 
 static const double ramp_min_s = 0.05;
 
@@ -95,14 +95,14 @@ static void check_leg(struct checker *c, const struct params *p, int i, const st
     require(c, shortest < neutral && neutral < stroke.most_m,
             "actuator.mid_stroke_m %g of leg %d: its stroke, %.4g to %.4g m, must enclose the neutral leg length, %.4g m",
             a->mid_stroke_m[i], i + 1, shortest, stroke.most_m, neutral);
-    if (p->geometry.height_m < 0.0) return; /* a platform that hangs is not parked */
+    if (p->geometry.height_m < 0.0) return; /* a platform suspended from its legs is never parked */
     if (!require(c, drop < p->geometry.height_m, "motion.park_z_m %g must be below geometry.height_m %g", drop, p->geometry.height_m))
         return;
     require(c, parked >= shortest,
             "motion.park_z_m %g makes leg %d %.4g m long, and its stroke ends at %.4g m (%.4g m at neutral): park higher (smaller z)", drop,
             i + 1, parked, shortest, neutral);
-    /* parked < shortest was refused above; the park position that is then chosen makes the leg at
-     * least `shortest` long */
+    /* if parked < shortest, the message above already asks for a higher park position, with which
+     * the leg is at least `shortest` long; that length is compared */
     require(c, fmax(parked, shortest) > l->length_min_m[i],
             "motion.park_z_m %g makes leg %d %.4g m long, limits.length_min_m is %g: lower that below the leg that is in, %.4g m, or park "
             "higher (smaller z)",
@@ -163,8 +163,8 @@ static bool check_legs(struct checker *c, const struct params *p) {
     return c->count == wrong;
 }
 
-/* Refuses a standard deviation without the measured length: the reading on the stop would be
- * compared with a length of 0, and all of it would count as a zero error of the sensor. */
+/* Refuses actuator.retracted_std_m without retracted_m, the measured length of a leg on its stop:
+ * the sensor's reading there would be compared with 0, and all of it would count as zero error. */
 static void check_stops(struct checker *c, const struct actuator_params *a) {
     for (int i = 0; i < LEGS && a->retracted_std_m > 0.0; i++)
         require(c, a->retracted_m[i] > 0.0,

@@ -39,7 +39,8 @@ struct config_key {
     enum config_kind kind;
     size_t offset;               /* offset of the value in struct params */
     double min, max;             /* range of allowed values, both ends included */
-    char value[48];  /* default value in YAML; for a key of an effect the value that adds nothing */
+    char value[48];  /* default value in YAML; for a key of an effect the value with which the
+                      * effect adds nothing */
     const char *unit;            /* unit of the value; "-": it has none */
     const char *meaning;
     const char *const *names;    /* words of a CONFIG_CHOICE; ended by NULL */

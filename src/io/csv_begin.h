@@ -7,9 +7,10 @@
 
 /* Finds which t_s of the file is t = 0, from its segments (segments.h):
  *
- *   rest, then steady motion   t = 0 is ramp_s / 2 before the middle between the two, because the
- *                              rest is seen to end too late and the steady motion to begin too
- *                              early by the same time: the ramp is smooth.
+ *   rest, then steady motion   t = 0 is ramp_s / 2 before the middle between the end of the rest
+ *                              and the start of the steady motion. As the ramp is smooth, the rest
+ *                              seems to end too late and the steady motion to begin too early, by
+ *                              the same time, which cancels out.
  *   no steady motion           t = 0 is the end of the first rest that motion follows; without a
  *                              rest it is the first row.
  *   no rest                    t = 0 is ramp_s before the steady motion, but not before the

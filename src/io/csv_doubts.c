@@ -52,11 +52,11 @@ static const struct guess pressures[] = {{"MPa", 1e6}, {"bar", 1e5}, {"psi", 689
 static const struct guess forces[] = {{"kN", 1e3}, {NULL, 0.0}};
 static const struct guess valves[] = {{"percent", 0.01}, {NULL, 0.0}};
 
-/* Range in which the greatest amount, or the swing, of some columns lies on the configured
+/* Range in which the largest magnitude, or the swing, of some columns lies on the configured
  * machine. */
 struct expectation {
-    bool swing;         /* half the difference of greatest and least value counts, not the greatest
-                         * amount */
+    bool swing;         /* judged is the swing, half the difference of greatest and least value;
+                         * false: the largest magnitude */
     double least, most; /* range of plausible values, SI */
     double usual;       /* usual value, SI; the message names the unit under which the value is
                          * nearest to it, by ratio */

@@ -10,11 +10,11 @@ static const double MULTIPLE = 0.05; /* largest distance of a change from a mult
                                       * a share of the step */
 static const double COARSE = 0.95;   /* least share of changes that are such multiples if the sensor
                                       * has a step */
-static const double ALIKE = 0.3, ALIKE_LEAST = 0.7; /* a sensor counts as one of unequal steps if
-                                                      * a share of at least ALIKE_LEAST of its
-                                                      * changes after two or more rows differs from
-                                                      * their mean by less than ALIKE times the
-                                                      * mean; in a repeated sinusoid a third does */
+static const double ALIKE = 0.3, ALIKE_LEAST = 0.7; /* a sensor counts as one of unequal steps if a
+                                                     * share of at least ALIKE_LEAST of its changes
+                                                     * after two or more rows differs from their
+                                                     * mean by less than ALIKE times the mean; in a
+                                                     * repeated sinusoid that share is a third */
 static const double LIKE_LEAST = 0.6; /* least share of gaps that have the commonest lengths */
 static const double SHORTER_MOST = 0.05; /* largest share of shorter gaps: no device delivers faster
                                           * than its rate, but clocks slip */
@@ -22,7 +22,8 @@ static const double LONGER_MOST = 0.03; /* largest share of longer gaps if the c
                                          * and two rows, because values that are equal by chance
                                          * make some gaps of three */
 static const double ROWS_LEAST = 1.5;   /* least mean number of rows with one value of a repeated
-                                         * channel; the grid of rows could not follow fewer */
+                                         * channel; with fewer, the grid of csv_times.h could not
+                                         * follow its samples */
 
 void csv_hold_take(struct csv_hold *h, double value) {
     double change = fabs(value - h->last);
@@ -80,7 +81,7 @@ static int sum(const struct gaps *g, int from, int to) {
     return n;
 }
 
-/* Returns the first of `width` neighbouring lengths that more gaps have than any others. */
+/* Returns the shortest of the `width` consecutive gap lengths that together occur most often. */
 static int commonest(const struct gaps *g, int width) {
     int best = 1;
     for (int i = 2; i < CSV_GAPS - width; i++)

@@ -51,7 +51,7 @@ struct import {
                                    * motion */
     double evaluated_s;    /* shortest evaluated part of the files that do not state theirs */
     struct log_writer *log;
-    uint64_t seq;          /* number (seq) of the cycle before the current file */
+    uint64_t seq;          /* sequence number of the last cycle before the current file's first */
     int64_t start_ns;      /* start of the current file on the log's clock */
     struct csv_report *report;
     struct error *error;
@@ -81,8 +81,8 @@ static int merge_mechanism(struct import *im, int file) {
                      has->words.machine, strrchr(im->head[0].path, '/') + 1);
 }
 
-/* Returns true if a value given in a file of one axis also applies to the other axis, until that
- * has a file with its own value. */
+/* Returns true if a value in a file of one of these axes also applies to the other axis, as long as
+ * no file of the other axis has a value of its own. */
 static bool shares(enum csv_key key, enum dof a, enum dof b) { return key == CSV_FREQUENCY || (a < DOF_PHI) == (b < DOF_PHI); }
 
 /* Stores a value from a file's head. Files must agree, except on frequency and amplitude: the
@@ -497,7 +497,8 @@ static int check_whole(struct import *im, const struct csv_head *h) {
     return status;
 }
 
-/* Notes the parts of a file's head that import ignores, or reads in its own way. */
+/* Notes for the report what a file's head reveals: missing columns, an axis that rotates, text
+ * before the names, and a line of units. */
 static void note_head(struct import *im, int file) {
     const struct csv_head *h = &im->head[file];
     const struct mechanism *mechanism = mechanism_table[h->mechanism];
@@ -591,8 +592,8 @@ static char *stated_text(const struct import *im) {
     config_default(&built_in);
     for (size_t i = 0; i < sizeof of / sizeof *of && !im->configured; i++) {
         const char *key = csv_config_key(of[i].key, of[i].from);
-        /* a value other than the built-in one is stated in a default configuration that the user
-         * has edited */
+        /* a value that differs from the built-in one counts as stated: the user has edited the
+         * default configuration */
         bool stated = set_for(im, of[i].key, of[i].from) ||
                       config_difference(&im->params, &built_in, (const char *const[]){key, NULL}, &difference);
         for (int file = 0; file < im->files; file++) {

@@ -115,9 +115,9 @@ static void find_rising(struct csv_layout *layout, const struct lines *all) {
     if (rows < ROWS_LEAST) memset(layout->rising, 0, sizeof layout->rising);
 }
 
-/* Counts the names in a line. *separator returns the rows' separator; but CSV_WIDE if the rows'
- * separator is a blank and splits the line into more names than a row has cells, and CSV_WIDE into
- * as many. */
+/* Counts the names in a line. *separator is normally the rows' separator. If that is a blank and
+ * gives more names than a row has cells, the names may contain blanks; *separator is then CSV_WIDE,
+ * provided that it gives as many names as cells. */
 static struct shape names_shape(const struct csv_layout *layout, const char *text, char *separator) {
     struct shape shape = shape_of(text, layout->separator), wide = shape_of(text, CSV_WIDE);
     bool blanks = layout->separator == ' ' && shape.cells > layout->cells && wide.cells == layout->cells;
@@ -125,8 +125,8 @@ static struct shape names_shape(const struct csv_layout *layout, const char *tex
     return blanks ? wide : shape;
 }
 
-/* Returns true if the numbers of names and of cells differ by at most `apart`: only one of the two
- * lines may have a separator at its end. */
+/* Returns true if the numbers of names and of cells differ by at most `apart`. A difference of 1 is
+ * normal: often only one of the two lines ends in a separator. */
 static bool fits(const struct csv_layout *layout, struct shape shape, int apart) { return abs(shape.cells - layout->cells) <= apart; }
 
 /* Finds the first line that names the time: among lines with as many names as a row has cells; else

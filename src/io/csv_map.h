@@ -44,7 +44,8 @@ const struct csv_alias *csv_map_find(struct csv_map *map, const char *name, int 
 const struct csv_alias *csv_map_of(const struct csv_map *map, int column);
 
 /* Writes a message about a missing name, with the name probably meant. what: the problem, "the file
- * has no column of that name"; left: the names left over, "" if there are none. */
+ * has no column of that name"; left: the columns of the file that have no meaning yet, "" if there
+ * are none. */
 enum { CSV_MAP_TEXT = 500 };
 void csv_map_unknown(const struct csv_alias *alias, const char *what, const char *left, char text[CSV_MAP_TEXT]);
 

@@ -187,8 +187,8 @@ static int write_table(struct mat *m, const int *order, int count) {
     return csv_texts_good(m->texts) ? STATUS_OK : csv_texts_refuse(m->texts, m->path, m->error);
 }
 
-/* Puts each clock before the vectors whose time it is. Without any clock only the vectors of the
- * greatest length are written; --map can then make the row's number their time (t=#0). */
+/* Writes each clock in front of the vectors that it times. Without any clock only the vectors of
+ * the greatest length are written; --map can then make the row's number their time (t=#0). */
 static int write_vectors(struct mat *m) {
     int order[VECTORS_MAX], count = 0;
     size_t longest = 0;

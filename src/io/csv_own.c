@@ -9,7 +9,8 @@ int csv_own_column(const char *name) {
     return column;
 }
 
-/* Names of an axis's columns in a CSV file, and in a whole export, where they are leg 1's. */
+/* Names of a single axis's columns in a CSV file, and in a whole export, where the axis is leg 1
+ * and its reference is x. */
 static const struct {
     const char *csv, *own;
 } axis_names[] = {{"position_m", "l1_m"}, {"ref_m", "ref_x_m"}, {"force_n", "force_1_n"},

@@ -73,8 +73,8 @@ static bool is_other(const char *word) {
     return false;
 }
 
-/* Returns true if the unit of a column is known, from its name or from the line of units. *wrong:
- * the unit stated there is not one of the quantity. */
+/* Returns true if the unit of a column is known, from its name or from the line of units. *wrong
+ * returns whether the unit stated there is one that the quantity cannot have. */
 static bool has_unit(const struct csv_reader *r, int cell, enum csv_quantity quantity, bool *wrong) {
     struct csv_unit unit;
     enum csv_named_unit named = csv_unit_of(r->name[cell], quantity, &unit);

@@ -71,8 +71,9 @@ static int read_key(struct csv_reader *r, char *comment, struct error *error) {
                                             : csv_text_refuse(&r->in, error, "dof: %.40s: it takes x, y, z, phi, theta, psi or none", text);
 }
 
-/* Notes a name of hexid's whose brackets contain no unit. It is a mistake unless another column has
- * the same name with a unit, such as "Force (N)" beside "Force (V)". */
+/* Notes a column with one of hexid's names, followed by brackets that contain no unit of it. It is
+ * a mistake unless another column has the same name with a unit, such as "Force (N)" beside "Force
+ * (V)". */
 static void note_unknown_unit(struct csv_reader *r, const char *name) {
     char stem[CSV_ALIAS_SIZE];
     size_t length = strcspn(name, "[(");

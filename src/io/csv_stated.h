@@ -31,7 +31,8 @@ bool csv_stated_decode(const void *data, int size, struct csv_stated *stated);
 /* Returns the name of the key in a file's head. */
 const char *csv_stated_name(enum csv_stated_key key);
 
-/* Puts the value into `tests`; for NaN, that of `own`, the tests in the log's configuration. */
+/* Puts the value into `tests`; if it is NaN, puts the value from `own` instead, the tests in the
+ * log's configuration. */
 void csv_stated_take(const struct csv_stated *stated, const struct test_params *own, struct test_params *tests);
 
 #endif

@@ -210,8 +210,8 @@ static int finish(struct csv_table **table, struct gathering *g, double middle_m
     return build(*table, g, notes);
 }
 
-/* Takes columns without a number out of the head; returns the number of cells without one in the
- * others. */
+/* Takes columns without any number out of the head; returns the number of empty cells in the
+ * remaining columns. */
 static int64_t drop_empty(const struct gathering *g, struct csv_head *whole) {
     int64_t empty = 0;
     for (int i = CSV_T + 1; i < CSV_COLUMNS; i++) {

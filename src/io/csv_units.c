@@ -141,7 +141,9 @@ bool csv_unit_parse(const char *text, enum csv_quantity quantity, struct csv_uni
     const char *name = number(text, &scale), *end = name + strcspn(name, "+-");
     if (end > name && *end && number(end, &shift) != text + length) return false;
     while (end > name && end[-1] == ' ') end--;
-    if (end == name && name > text) name = "1", end = name + 1; /* a number alone scales a share */
+    if (end == name && name > text)
+        name = "1", end = name + 1; /* a number without a unit, which
+                                                                 * only a share can have */
     int found = find(name, (size_t)(end - name));
     *unit = csv_unit_si;
     if (found < 0 || scale == 0.0 || !suits(units[found].dimension, quantity, unit)) return false;

@@ -31,9 +31,9 @@ struct host_lock_key {
  * host has no such sockets. `doubt` names a stranger; its status is STATUS_OK without one. */
 int host_lock(const char *url, const struct host_lock_key *key, struct error *doubt, struct error *error);
 
-/* SAFETY: drops the connections of processes that asked for the holder; to be called regularly
- * while the lock is held. If their queue is full (net.core.somaxconn), nobody can identify the
- * holder, and the lock no longer counts. Any thread; does not block. */
+/* SAFETY: drops the connections by which other processes asked who holds the lock; to be called
+ * regularly while the lock is held. If their queue is full (net.core.somaxconn), nobody can
+ * identify the holder, and the lock no longer counts. Any thread; does not block. */
 void host_lock_answer(int lock);
 
 #endif

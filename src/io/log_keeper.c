@@ -145,7 +145,7 @@ void log_keeper_stop(struct log_keeper *k) {
 
 void log_keeper_ask(struct log_keeper *k) {
     if (k->asked) return;
-    /* if the process has ended, log_keeper_take() finds out */
+    /* a failure is ignored here: if the process has ended, log_keeper_take() reports it */
     send(k->socket, "n", 1, MSG_DONTWAIT | MSG_NOSIGNAL);
     k->asked = true;
 }

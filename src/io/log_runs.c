@@ -18,7 +18,8 @@ static const double CLOCKS_APART_S = 2.0; /* difference between two clocks that 
 
 struct place {
     uint64_t seq;
-    int64_t time_ns; /* the loop's time; the samples' time goes back after a failed read */
+    int64_t time_ns; /* time of the loop, which never goes back within a run; that of the samples
+                      * goes back after a failed read */
     int64_t utime_us;
     int64_t offset; /* byte at which the run begins, if this cycle begins one */
 };

@@ -223,9 +223,9 @@ int machine_connect(const struct machine_name *m, bool stop) {
     return -1;
 }
 
-/* Returns true if the machine runs, which shows because everybody may connect to its socket for
- * stops. SAFETY: any failure to connect, except that the daemon has ended, is reported as doubt,
- * because the machine may run. */
+/* Returns true if the machine runs: its socket for stops, to which everybody may connect, then
+ * accepts a connection or has a full queue. SAFETY: any failure to connect, except that the daemon
+ * has ended, is reported as doubt, because the machine may run. */
 static bool runs(const struct machine_name *m, struct error *doubt) {
     int fd = machine_connect(m, true), why = errno;
     if (fd >= 0) close(fd);

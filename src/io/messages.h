@@ -24,8 +24,9 @@ enum { STATE_MESSAGE_MAX = 600, COMMAND_MESSAGE_MAX = 64 };
 /* Casts a constant text for a generated encoder, which only reads it but takes a char *. */
 static inline char *lcm_text(const char *constant) { return (char *)(uintptr_t)constant; }
 
-/* Encodes a cycle and returns the message's size. Decoding gives the same values, bit for bit; in
- * fields that the message does not carry it gives 0, and in `measure` no leg and NaN. */
+/* Encodes a cycle and returns the message's size. Decoding gives the same values, bit for bit;
+ * fields that the message does not carry become 0, except `measure`, which becomes leg -1 and
+ * NaN. */
 int state_encode(const struct cycle *cycle, unsigned char buffer[STATE_MESSAGE_MAX]);
 bool state_decode(const void *data, int size, struct cycle *cycle);
 

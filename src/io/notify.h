@@ -3,7 +3,8 @@
  * blocks: a datagram that the manager does not accept at once is lost, and a later "WATCHDOG=1"
  * replaces it.
  *
- * SAFETY: "WATCHDOG=1" means that cycles came, not only that some thread still runs. */
+ * SAFETY: "WATCHDOG=1" is sent only when cycles of the loop arrive, so it proves more than that
+ * some thread still runs. */
 #ifndef HEXID_NOTIFY_H
 #define HEXID_NOTIFY_H
 

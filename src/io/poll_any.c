@@ -9,7 +9,7 @@ enum { REST_MS = 2 };
 
 static struct timespec from_ms(int64_t ms) { return (struct timespec){.tv_sec = ms / MS_PER_S, .tv_nsec = ms % MS_PER_S * NS_PER_MS}; }
 
-/* Polls the descriptors without waiting, in halves if the limit is below their number. */
+/* Polls the descriptors without waiting, in halves if RLIMIT_NOFILE is below their number. */
 static int look(struct pollfd *p, nfds_t count) {
     int ready = poll(p, count, 0);
     if (ready >= 0 || errno != EINVAL) return ready;
@@ -21,7 +21,8 @@ static int look(struct pollfd *p, nfds_t count) {
     return second < 0 ? second : first + second;
 }
 
-/* Waits in steps, because no call waits for all descriptors. */
+/* Waits in steps of REST_MS, because under that low limit no single call can wait for all
+ * descriptors. */
 static int look_again(struct pollfd *p, nfds_t count, int timeout_ms, const sigset_t *mask) {
     const struct timespec rest = from_ms(REST_MS);
     int64_t end_ms = monotonic_ms() + timeout_ms;

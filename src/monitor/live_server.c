@@ -11,7 +11,8 @@
 enum { CONNECTIONS = 2 * LIVE_CLIENTS, STILL_S = 15, HEALTH_MS = 250, AT_ONCE = 64, RETRY_MS = 1000, TURN_MS = 50 };
 
 /* The stream to one browser. `cycle` and `event` are the numbers of the last cycle and event sent
- * to it, and `version` has the version of each place (live_state.h) that it was sent last. */
+ * to it, and `version` has, for each place (live_state.h), the version that this browser was sent
+ * last. */
 struct client {
     struct live_server *server;
     struct MHD_Connection *connection; /* connection to the browser; NULL: this element of the array
