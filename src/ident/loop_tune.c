@@ -86,8 +86,8 @@ static double with_digits(double x, int digits) {
     return strtod(text, NULL);
 }
 
-/* Finds the modal weights (modal.h) of this controller, from the configured machine as the controller
- * itself does. */
+/* Finds the modal weights (modal.h) of this controller, from the configured machine as the
+ * controller itself does. */
 static int weights(const struct field *f, const struct control_params *g, struct modal *modal, struct error *error) {
     struct params p = *f->configured;
     struct kinematics k;
