@@ -96,6 +96,7 @@ static void half_the_substep_is_a_quarter_of_odes_error(void **unused) {
 
 static void joint_axes_are_the_same_ones(void **unused) {
     (void)unused;
+    slow_case();
     struct params params = with_joint_friction(0.0, 20.0), without = defaults();
     struct plant_truth other = shaken(&engine_closed_form, &without, TILTED, 0.5, 1.25e-4, 1);
     for (int own = 0; own < 2; own++) {
@@ -198,6 +199,7 @@ static void half_the_substep_is_a_quarter_of_the_whole_plants_error(void **unuse
  * fraction of a micrometre. */
 static void plants_agree_with_dry_friction(void **unused) {
     (void)unused;
+    slow_case();
     struct params cases[] = {with_leg_friction(100.0, 60.0), with_joint_friction(3.0, 3.0)};
     for (int i = 0; i < 2; i++) {
         struct plant_truth a = driven(cases[i], ENGINE_ODE, 8), b = driven(cases[i], ENGINE_CLOSED_FORM, 8);

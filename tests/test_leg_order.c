@@ -130,6 +130,7 @@ static void each_wrong_order_is_named_in_any_motion_with_a_reference(void **unus
 
 static void each_wrong_order_is_named_in_any_motion_without_a_reference(void **unused) {
     (void)unused;
+    slow_case();
     each_wrong_order_is_named(false, false, 4);
 }
 
@@ -143,6 +144,7 @@ static void expect_refusal(const int lengths[LEGS], const int forces[LEGS], bool
  * orders. The legs of a symmetric machine have several such names. */
 static void rare_orders_are_named(void **unused) {
     (void)unused;
+    slow_case();
     static const int pairs[LEGS] = {1, 0, 3, 2, 4, 5}, three[LEGS] = {2, 1, 4, 3, 0, 5}, near[LEGS] = {1, 2, 0, 3, 4, 5};
     static const int one_four[LEGS] = {3, 1, 2, 0, 4, 5}, one_two[LEGS] = {1, 0, 2, 3, 4, 5};
     for (int axes = quick(); axes < 2; axes++) {
@@ -179,6 +181,7 @@ static void symmetries_are_listed(void **unused) {
 /* The lists of platform joints and of base joints must have the same order of legs. */
 static void lists_that_do_not_belong_together_are_refused_by_name(void **unused) {
     (void)unused;
+    slow_case();
     for (int number = 1; number < ORDERS; number++) {
         struct params wrong = rig->params;
         struct kinematics k;

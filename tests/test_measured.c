@@ -71,6 +71,7 @@ static int diagnose(enum gap_replay replay) {
 
 static void a_test_has_three_spectra_and_one_step(void **unused) {
     (void)unused;
+    slow_case();
     record(1);
     assert_int_equal(diagnose(GAP_MOTION), 0);
     assert_int_equal(spectra, 3);

@@ -85,6 +85,7 @@ static void expect(struct result *r, const char *words) {
 
 static void true_results_fail_in_less_than_the_stated_share(void **unused) {
     (void)unused;
+    slow_case();
     const int trials = more_cases() ? 4000 : random_cases(2000);
     const double *const truth[] = {body, plate};
     for (int i = 0; i < 2; i++) {

@@ -327,6 +327,7 @@ static void another_motion_is_refused_with_axis_and_time(void **unused) {
 
 static void limits_are_held_missed_or_not_evaluated(void **unused) {
     (void)unused;
+    slow_case();
     struct quality *q = measured(&(struct answer){.gain = 0.97, .delay_s = 0.005});
     struct quality_check c[QUALITY_CHECKS];
     struct qualify_params limits = {.up_to_hz = 2.0, .amplitude_pct = 2.0, .phase_deg = 5.0, .excursion_m = 0.05, .repeat_mps2 = 0.5};
@@ -438,6 +439,7 @@ static int times(const char *text, const char *words) {
 
 static void the_text_has_every_tone_axis_and_limit(void **unused) {
     (void)unused;
+    slow_case();
     struct quality_report *r = reported();
     char *text, samples[99];
     size_t size;
@@ -460,6 +462,7 @@ static void the_text_has_every_tone_axis_and_limit(void **unused) {
 /* Both pictures are drawn although a tone has no number. */
 static void the_page_has_verdict_pictures_tones_and_baseline(void **unused) {
     (void)unused;
+    slow_case();
     struct quality_report *r = reported();
     struct error error;
     char *page;

@@ -193,6 +193,7 @@ static void another_rate_than_the_controllers_is_seen(void **unused) {
 
 static void another_machine_is_refused(void **unused) {
     (void)unused;
+    slow_case();
     static struct params other;
     struct error error = {0};
     for (int i = 0; i < 3; i++) {
