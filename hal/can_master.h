@@ -98,8 +98,8 @@ struct can_peer {
                                 * length was wrong */
     int twice;                /* level of a leaky bucket that counts windows with a repeated TPDO */
     int asked;                 /* number of SDO requests whose answers may still come */
-    int64_t odd_ns;         /* a leaky bucket of other excess frames, kept as the time at which it
-                             * will be empty */
+    int64_t odd_ns;         /* time at which a leaky bucket will be empty: of heartbeats, and of
+                             * frames that a single device would not send */
     bool known;   /* the node was not lost, refused or rebooted since the last complete sample */
 };
 

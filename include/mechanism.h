@@ -11,7 +11,7 @@
 #include "types.h"
 
 /* Value of the key `mechanism`, and place in mechanism_table. The first one is the mechanism of the
- * built-in configuration, and of a CSV file that names none. */
+ * built-in configuration, and of a CSV file whose head and columns tell no other. */
 enum mechanism_kind { MECHANISM_STEWART, MECHANISM_AXIS };
 
 enum { MECHANISM_NAME = 16, MECHANISM_MASSES = 8 };

@@ -155,8 +155,8 @@ static inline double spool_acceleration(const struct cylinder_leg *c, double spo
     return c->valve_omega_squared * (valve + c->valve_bias - spool) - c->valve_damping_rate * speed;
 }
 
-/* Returns the rate of the seals' deflection by Dahl's law. A fast rod needs at least SEAL_TIME_S to
- * deflect them, which substeps resolve. */
+/* Returns the rate of the seals' deflection by Dahl's law. However fast the rod, it takes at least
+ * SEAL_TIME_S to deflect them, a time that the substeps resolve. */
 static inline double deflection_rate(const struct cylinder_leg *c, double deflection, double rate_mps) {
     double speed = fabs(rate_mps), least_m = SEAL_TIME_S * speed;
     if (!(c->seal_distance_m > 0.0)) return 0.0;

@@ -21,7 +21,7 @@ struct test_params {
     double amplitude[DOFS];       /* amplitude of each axis's sinusoid, m or rad */
     double settle_s, ramp_s, duration_s, ramp_out_s; /* durations of a test's parts; duration_s is
                                                       * the evaluated one */
-    int harmonics;                /* number of harmonics regressed with the fundamental */
+    int harmonics;                /* number of harmonics regressed, the fundamental included */
     bool multisine;               /* moves all axes of `order` at once, in one test */
     char trajectory[PARAMS_TEXT_SIZE]; /* file of poses over time, which takes the
                                         * sinusoids' place; "": none */

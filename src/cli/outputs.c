@@ -19,7 +19,7 @@ struct file {
     struct stat state;
     bool there, in_place;    /* the file exists; it is written in place (output_place()) */
     char folder[PATH_MAX];   /* directory of the path */
-    const char *last; /* points to `text` */
+    const char *last; /* last component of the path: `text` */
 };
 
 struct use {

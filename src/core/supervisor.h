@@ -32,8 +32,8 @@ enum trigger {
 struct supervisor {
     enum state state;
     uint32_t faults, first_fault; /* latched faults, and that one of them which is the headline */
-    int bad;                      /* level of a leaky bucket of samples with faults that stop */
-    int doubtful;                 /* level of a leaky bucket of samples with faults that park */
+    int bad;                      /* level of a leaky bucket of samples with stopping faults */
+    int doubtful;                 /* level of a leaky bucket of samples with parking faults */
     int good;                     /* number of consecutive good samples */
     uint32_t request_id;          /* id of the last request acted on */
 };

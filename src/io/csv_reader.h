@@ -45,7 +45,7 @@ struct csv_cell {
 /* A column of time. Times of day continue after midnight. */
 struct csv_clock {
     double time_s; /* time in the last row */
-    double day_s;  /* seconds that are added to a time of day */
+    double day_s;  /* added to a time of day, 12 h for each midnight or noon that passed */
     double before_s; /* last time of day, with day_s added */
 };
 

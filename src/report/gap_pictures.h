@@ -14,7 +14,7 @@ struct picture {
     const struct wave_test *test;
     int leg;
     enum gap_channel channel;
-    bool after;   /* the model after is shown, too */
+    bool after;   /* the model with the effects found is shown, too */
 };
 
 /* The functions below take a struct picture; they have the type page_script (page.h).
