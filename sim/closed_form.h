@@ -66,8 +66,8 @@ struct closed_form {
 struct instant {
     struct rigid_legs legs;
     struct joint_axes axes;          /* set only with joint friction */
-    double friction_n[LEGS];               /* friction on the rod, its viscous part only if no forces
-                                            * are given; 0 if the leg is held */
+    double friction_n[LEGS];               /* friction on the rod, its viscous part only if no
+                                            * forces are given; 0 if the leg is held */
     double passive_n[LEGS];                /* force of end stops and deflected seals on the rod */
     double length_m[LEGS], rate_mps[LEGS]; /* length and rate of each leg up to the rod's end */
     double rod_n[LEGS];       /* sum of the axial forces on a rod with backlash, without friction */

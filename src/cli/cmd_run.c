@@ -41,8 +41,8 @@ enum { STOP_PATH_BELOW_LOOP = 2 };
 static const double STD_PCT = 0.5; /* wanted standard deviation of a survey's proposals if --std is
                                     * not given, % */
 static const double RECORDER_BEHIND_S = 2.0; /* the recorder counts as hanging if the cycles of this
-                                              * time wait in the ring; the rest of the ring, at least
-                                              * 14 s, is for parking */
+                                              * time wait in the ring; the rest of the ring, at
+                                              * least 14 s, is for parking */
 
 struct session {
     struct options options;

@@ -11,8 +11,8 @@ enum { ROW = sizeof(residual_row) / sizeof(double), BANDS = 4 };
 
 /* The part `repeats` of the remainder (covariance.h) is a force on leg 1, a function of position
  * and speed that is bilinear between nodes: POSITIONS nodes over the range of the motion, and
- * SPEEDS nodes from 0 to the greatest speed. Each direction has its own nodes, because friction jumps
- * where the direction changes. */
+ * SPEEDS nodes from 0 to the greatest speed. Each direction has its own nodes, because friction
+ * jumps where the direction changes. */
 enum { POSITIONS = 3, SPEEDS = 3, FEATURES = 2 * POSITIONS * SPEEDS };
 
 static int leg_of(int value) { return value % ROW / RESIDUAL_SIZE / RESIDUALS; }
