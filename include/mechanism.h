@@ -1,8 +1,9 @@
 /* Mechanisms: the kinds of machine that hexid supports. Each is one file in src/mechanism/, named
  * after the mechanism: its properties, its refusals in words, and the forces of its legs for a
- * motion. All other code asks for one of these properties, never for the mechanism's name, so that
- * a new mechanism is a new file, a mechanism_kind and a row of mechanism_table. All functions are
- * pure functions of their arguments, any thread. */
+ * motion. All other code but the CSV import asks for one of these properties, never for the
+ * mechanism's name, so that a new mechanism is a new file, a mechanism_kind and a row of
+ * mechanism_table (docs/extending.md has the exceptions). All functions are pure functions of their
+ * arguments, any thread. */
 #ifndef HEXID_MECHANISM_H
 #define HEXID_MECHANISM_H
 

@@ -135,7 +135,7 @@ static inline double position(enum motion motion, double t_s) {
 enum { APART = 5 };
 
 /* Returns the positions of a motion at i STEP_S. All runs of a test program share them. */
-static inline const double *course(enum motion motion) {
+static inline const double *positions(enum motion motion) {
     static double *known[MOTIONS];
     int count = (int)(ANY_END_S / STEP_S) + APART + 2;
     if (known[motion]) return known[motion];
@@ -145,9 +145,9 @@ static inline const double *course(enum motion motion) {
     return known[motion];
 }
 
-/* Position, velocity and acceleration of a motion at i STEP_S. */
-static inline void reference(const double *course, int i, double ref[3]) {
-    double h = APART * STEP_S, before = course[i > APART ? i - APART : 0], at = course[i], after = course[i + APART];
+/* Finds position, velocity and acceleration at i STEP_S. */
+static inline void reference(const double *position_m, int i, double ref[3]) {
+    double h = APART * STEP_S, before = position_m[i > APART ? i - APART : 0], at = position_m[i], after = position_m[i + APART];
     ref[0] = at, ref[1] = i > APART ? (after - before) / (2.0 * h) : 0.0, ref[2] = i > APART ? (after - 2.0 * at + before) / (h * h) : 0.0;
 }
 
@@ -162,6 +162,7 @@ static inline void row(FILE *f, const struct rig *r, const struct body *b, doubl
     fprintf(f, "%.6f,%.7f,%.9f,%.1f,%.1f,%.6f\n", t_s, x, ref_m, p1, p2, u);
 }
 
+/* Velocity of a motion at any time; 0 at its start. */
 static inline double speed(enum motion motion, double t_s) {
     double h = APART * STEP_S;
     return t_s > h ? (position(motion, t_s + h) - position(motion, fmax(t_s - h, 0.0))) / (2.0 * h) : 0.0;
@@ -191,7 +192,7 @@ static inline void run_rig(const struct rig *r, uint64_t seed, const char *path)
     struct tolerances tol = draw(&state);
     struct body b = {.p1 = 4e6, .p2 = 4e6 * A1 / A2};
     double u = 0.0, ref[3], force_n = 0.0, lagging_n = 0.0, follows = -expm1(-STEP_S / fmax(r->force_lag_s, 1e-9));
-    const double *motion = course(r->motion);
+    const double *position_m = positions(r->motion);
     FILE *f = fopen(path, "w");
     assert_non_null(f);
     b.p2 = (b.p1 * A1 - MASS_KG * r->gravity_mps2) / A2;
@@ -199,7 +200,7 @@ static inline void run_rig(const struct rig *r, uint64_t seed, const char *path)
             r->electric ? "t_s,position_m,force_n" : "t_s,position_m,ref_m,p1_pa,p2_pa,u");
     int every = (int)lround(1.0 / r->rate_hz / STEP_S);
     for (int i = 0; i * STEP_S < (r->motion == SINE ? END_S : ANY_END_S); i++) {
-        reference(motion, i, ref);
+        reference(position_m, i, ref);
         if (r->electric) force_n = 2e6 * (ref[0] - b.x) + 3e4 * (ref[1] - b.v) + MASS_KG * ref[2] + 2000.0 * ref[1];
         lagging_n += follows * (force_n - lagging_n);
         if (i % every == 0) {

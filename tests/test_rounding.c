@@ -17,6 +17,16 @@ static struct recording_test make(double frequency_hz, struct recording_sample *
     return (struct recording_test){.frequency_hz = frequency_hz, .sample = sample, .count = SAMPLES, .end = SAMPLES};
 }
 
+/* The length of a test in its mean cycle, as it is rounded; `room` has its cycles. */
+static struct rounding rounded(const struct spectrum *s, double hz, double step_m, double middle[CYCLES_MAX]) {
+    for (int i = 0; i < s->cycles; i++) middle[i] = room[i][CHANNEL_LENGTH][0][0];
+    return (struct rounding){.step = step_m,
+                             .scatter = s->scatter[CHANNEL_LENGTH][0],
+                             .places = (int)ceil(s->offsets / hz / step_s - 1e-6),
+                             .cycles = s->cycles,
+                             .middle = middle};
+}
+
 /* Returns the square of the rounding error in the mean cycle's harmonics first to last, in excess
  * of the scatter, divided by the predicted one. The sinusoids have about this amplitude and this
  * much vibration, and their middle settles exponentially by settles_m. */
@@ -39,12 +49,7 @@ static double harmonics_over_predicted(double hz, double amplitude_m, double sha
         }
         assert_true(spectrum_measure(&s, room, &t, sampling_step_s(&t, t.first, t.end), CYCLES_ALL));
         double variance[SPECTRUM_SIZE], middle[CYCLES_MAX];
-        for (int i = 0; i < s.cycles; i++) middle[i] = room[i][CHANNEL_LENGTH][0][0];
-        const struct rounding r = {.step = step_m,
-                                   .scatter = s.scatter[CHANNEL_LENGTH][0],
-                                   .places = (int)ceil(s.offsets / hz / step_s - 1e-6),
-                                   .cycles = s.cycles,
-                                   .middle = middle};
+        const struct rounding r = rounded(&s, hz, step_m, middle);
         struct rounding_shares shares;
         rounding_find_shares(&r, s.harmonics, s.mean[CHANNEL_LENGTH][0], &shares);
         rounding_in_step(&r, &shares, s.harmonics, variance);
@@ -96,33 +101,27 @@ static void settling_is_no_dither(void **state) {
     assert_close(rounding_over_predicted(4.0, 2.1e-3, 4e-6, 100e-6), 1.0, 0.35);
 }
 
-/* Half of the cycles have the rounding errors that the shares of all cycles give them. */
+/* The even cycles have the same rounding errors by the shares of all cycles as by their own. */
 static void shares_of_all_cycles_serve_half_of_them(void **state) {
     (void)state;
     static struct recording_sample sample[SAMPLES];
     const double step_m = 50e-6, hz = 4.0;
     struct recording_test t = make(hz, sample);
     struct spectrum s[2];
-    struct rounding_shares shares, own;
-    double all[SPECTRUM_SIZE], half[SPECTRUM_SIZE], middle[CYCLES_MAX], sum[2] = {0.0, 0.0};
+    struct rounding_shares shares[2];
+    double variance[2][SPECTRUM_SIZE], middle[CYCLES_MAX], sum[2] = {0.0, 0.0};
     uint64_t random = 7;
     for (int i = 0; i < SAMPLES; i++)
         sample[i].length_m[0] = step_m *
                                 round((0.9e-3 * sin(2.0 * PI * hz * sample[i].test_time_s) + 3e-6 * random_unit(&random)) / step_m);
     for (int n = 0; n < 2; n++) {
         assert_true(spectrum_measure(&s[n], room, &t, sampling_step_s(&t, t.first, t.end), n ? CYCLES_EVEN : CYCLES_ALL));
-        for (int i = 0; i < s[n].cycles; i++) middle[i] = room[i][CHANNEL_LENGTH][0][0];
-        const struct rounding r = {.step = step_m,
-                                   .scatter = s[n].scatter[CHANNEL_LENGTH][0],
-                                   .places = (int)ceil(s[n].offsets / hz / step_s - 1e-6),
-                                   .cycles = s[n].cycles,
-                                   .middle = middle};
-        if (!n) rounding_find_shares(&r, s[n].harmonics, s[n].mean[CHANNEL_LENGTH][0], &shares);
-        else rounding_find_shares(&r, s[n].harmonics, s[n].mean[CHANNEL_LENGTH][0], &own);
-        rounding_in_step(&r, &shares, s[n].harmonics, all);
-        if (n) rounding_in_step(&r, &own, s[n].harmonics, half);
+        const struct rounding r = rounded(&s[n], hz, step_m, middle);
+        rounding_find_shares(&r, s[n].harmonics, s[n].mean[CHANNEL_LENGTH][0], &shares[n]);
+        rounding_in_step(&r, &shares[0], s[n].harmonics, variance[0]);
+        rounding_in_step(&r, &shares[n], s[n].harmonics, variance[1]);
     }
-    for (int a = 1; a < 1 + 2 * s[1].harmonics; a++) sum[0] += all[a], sum[1] += half[a];
+    for (int a = 1; a < 1 + 2 * s[1].harmonics; a++) sum[0] += variance[0][a], sum[1] += variance[1][a];
     assert_true(sum[1] > 0.0);
     assert_close(sum[0] / sum[1], 1.0, 0.1);
 }
