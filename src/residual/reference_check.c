@@ -97,7 +97,7 @@ static int check_legs(const struct recording *r, const struct kinematics *k, str
     for (int a = 0; a < LEGS; a++) {
         double own = m.product[a][a] / sqrt(m.measured[a] * m.asked[a][a]), best = own;
         int like = a;
-        if (!isfinite(own)) return STATUS_OK; /* the leg or its reference is at rest */
+        if (!isfinite(own)) continue; /* the leg or its reference is at rest */
         for (int b = 0; b < LEGS; b++) {
             double other = m.product[a][b] / sqrt(m.measured[a] * m.asked[b][b]);
             if (other > best + 0.2) best = other, like = b;
