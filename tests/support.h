@@ -139,4 +139,12 @@ static inline int random_cases(int all) { return quick() ? all / 5 : all; }
 #define SANITIZED SANITIZED_THREADS
 #endif
 
+/* Starts a slow case that is there for its numbers: shorter cases run the same lines, and with a
+ * sanitizer these suffice. */
+#define numbers_case()                                                \
+    do {                                                              \
+        slow_case();                                                  \
+        if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS); \
+    } while (0)
+
 #endif

@@ -479,7 +479,7 @@ static double rms(const struct diagnosis *d, const double *white) { return sqrt(
  * as the balance says: a piece of any motion begins with seals that are deflected already. */
 static void seals_of_a_leg_that_may_be_held_are_deflected_as_before(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     struct rig rig = {RIG, .electric = true, .motion = CHIRP, .coulomb_extend_n = 5.0, .coulomb_retract_n = 5.0};
     rig.seal_n = 150.0, rig.seal_m = 4e-3;
     struct recording r;
@@ -538,7 +538,7 @@ static void laws_give_way_to_their_limiting_cases(void **unused) {
  * of it. */
 static void a_limiting_case_beside_its_law_is_not_simpler(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     struct rig rig = {RIG, .electric = true, .motion = CHIRP, .coulomb_extend_n = 100.0, .coulomb_retract_n = 100.0};
     rig.seal_n = 150.0, rig.seal_m = 1e-3;
     struct recording r;

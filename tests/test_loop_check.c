@@ -94,7 +94,7 @@ static void just_the_gains_that_shake_the_machine_are_refused(void **unused) {
  * unstable as gains can. */
 static void the_machine_and_its_effects_are_in_the_loop(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     static const struct {
         const char *setting;
         bool unstable;
@@ -139,7 +139,7 @@ static void a_bus_is_a_delay_of_one_cycle(void **unused) {
 /* The loop is damped at neutral but not when tilted, and the simulated machine agrees. */
 static void a_pose_in_which_the_loop_is_unstable_is_warned_of(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     struct params p = load(NULL, "control.kp=140");
     const struct doctor d = {.params = &p};
     double tilted[DOFS] = {[DOF_THETA] = -0.857};
@@ -249,7 +249,7 @@ static void follow(const char *remedy, struct params *p) {
 /* Applying doctor's proposals until it has no more leads to a loop that holds the platform. */
 static void whoever_follows_the_proposals_gets_through(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     struct params p = four_tonnes();
     const struct doctor d = {.params = &p};
     doctor_check *const checks[] = {check_loop, check_feed_forward};
@@ -272,7 +272,7 @@ static void whoever_follows_the_proposals_gets_through(void **unused) {
 /* Checks a pole that does not oscillate, and one next to half the sampling frequency. */
 static void poles_that_do_not_oscillate_and_fast_ones_are_seen(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     struct params p = load(NULL, "control.kd=1000");
     struct loop_check c = loop_check(&p, false);
     assert_int_equal(c.state, LOOP_UNSTABLE);

@@ -247,13 +247,13 @@ static void check_oil_columns(struct surveyed *s) {
 
 static void the_oil_columns_are_within_5_pct_of_the_plants_linearisation(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     check_oil_columns(surveyed_default());
 }
 
 static void and_of_a_machine_that_is_not_as_configured(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     check_oil_columns(surveyed_other());
 }
 
@@ -275,13 +275,13 @@ static void check_loop(struct surveyed *s) {
 
 static void the_loops_lowest_pole_pair_is_within_5_pct_of_the_linearised_loops(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     check_loop(surveyed_default());
 }
 
 static void and_with_another_machine_in_it(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     check_loop(surveyed_other());
 }
 
@@ -325,7 +325,7 @@ static void weights_are_those_of_the_configuration(void **unused) {
  * dB and 5 degrees. */
 static void gains_from_a_survey_are_those_of_the_machine(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     struct surveyed *s = surveyed_other();
     struct loop_tune found, exact, nominal;
     struct error error;
@@ -351,7 +351,7 @@ static void gains_from_a_survey_are_those_of_the_machine(void **unused) {
  * 5 a dead volume, which softens it as soft oil does; the valves are later by 1.09 ms. */
 static void what_a_survey_found_goes_into_the_configuration(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     struct surveyed *s = surveyed_other();
     static struct machine_found found;
     struct test_params *t = &found.params.tests;
@@ -396,7 +396,7 @@ static void a_surveys_flow_outweighs_the_tolerance(void **unused) {
  * The configuration has its leakage in part as an effect. */
 static void a_surveys_leakage_is_found_beside_a_null(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     static struct surveyed s;
     static struct machine_found found;
     struct error error;
@@ -425,7 +425,7 @@ static void a_surveys_leakage_is_found_beside_a_null(void **unused) {
 
 static void what_the_pressures_do_not_show_is_no_number(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     static struct surveyed s;
     struct error error;
     s.params = s.configured = brisk();

@@ -165,7 +165,7 @@ static struct method_c found(struct rig *r, int tests) {
 
 static void dry_friction_of_each_leg_leaves_the_matrix_as_it_is(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     struct rig r;
     for (int friction = 0; friction < 2; friction++) {
         rig_init(&r, friction ? 150.0 : 0.0);
@@ -229,7 +229,7 @@ static void force_less_what_the_found_matrix_needs_is_the_friction_found(void **
 /* An off-centre weight tips the platform when it tilts, by a moment that is no inertia. */
 static void the_payload_is_found_with_its_centre(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     static const double centre[3] = {0.03, -0.02, 0.04};
     struct rig r;
     rig_init(&r, 80.0);
@@ -269,7 +269,7 @@ static void what_no_test_tells_is_no_number(void **unused) {
  * distinguish dry friction from inertia. */
 static void friction_that_no_test_tells_is_no_number(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     struct rig r;
     rig_init(&r, 100.0);
     r.unwanted = 0.0, r.noise_m = 15e-6, r.noise_pa = 1e5;
@@ -306,7 +306,7 @@ static double common_variance(const struct estimate *e, int c, const struct esti
  * within their tolerance, which is so narrow that the logs hardly improve on it. */
 static void repeats_shrink_the_noise_and_not_what_they_have_in_common(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     enum { LOGS = 4 };
     static struct log log[LOGS], sum;
     /* means over the logs, because their scatters and the scales of their basis functions differ */
@@ -334,7 +334,7 @@ static void repeats_shrink_the_noise_and_not_what_they_have_in_common(void **unu
 
 static void what_one_log_leaves_open_another_gives(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     enum { LOGS = 3 };
     static struct log log[LOGS], sum;
     struct rig r;
@@ -551,7 +551,7 @@ static void assert_matrix_found(struct rig *r, double coupling) {
  * by more than itself at 200 um. */
 static void a_seal_that_gives_before_it_slides_leaves_the_matrix_as_it_is(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     static const double give_m[] = {10e-6, 50e-6, 100e-6, 200e-6};
     for (int n = 0; n < (int)(sizeof give_m / sizeof give_m[0]); n++) {
         struct rig r;
@@ -567,7 +567,7 @@ static const double UNASSUMED = 0.03;
 /* None of these speeds is fitted; friction at rest is twice Coulomb's. */
 static void friction_that_is_higher_at_low_speed_leaves_the_matrix_as_it_is(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     static const double slow_mps[] = {0.010, 0.016, 0.025, 0.040};
     for (int n = 0; n < (int)(sizeof slow_mps / sizeof slow_mps[0]); n++) {
         struct rig r;
@@ -581,7 +581,7 @@ static void friction_that_is_higher_at_low_speed_leaves_the_matrix_as_it_is(void
  * the less the basis functions of seals have to compensate. */
 static void a_seal_that_gives_and_slides_harder_at_low_speed_leaves_the_matrix_as_it_is(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     static const double give_m[] = {50e-6, 100e-6};
     for (int n = 0; n < (int)(sizeof give_m / sizeof give_m[0]); n++) {
         struct rig r;
@@ -594,7 +594,7 @@ static void a_seal_that_gives_and_slides_harder_at_low_speed_leaves_the_matrix_a
 /* The mean pressures of the tests differ, and with them the constant part of the friction. */
 static void friction_that_goes_with_the_pressures_leaves_the_matrix_as_it_is(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     struct rig r;
     rig_init(&r, 50.0);
     r.load_mu = 0.02;
@@ -678,7 +678,7 @@ static void sensors_within_their_tolerances_are_in_the_stated_deviation(void **u
  * the higher the frequency, so two frequencies tell them from a mass. */
 static void legs_that_give_do_not_weigh(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     struct rig r;
     static struct log log, sum;
     rig_init(&r, 0.0);
@@ -710,7 +710,7 @@ static void legs_that_give_do_not_weigh(void **unused) {
  * chance shows, and the mass is hardly less sure. */
 static void legs_that_do_not_give_cost_little(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     enum { MACHINES = 4 };
     for (int m = 0; m < MACHINES; m++) {
         struct rig r;
@@ -734,7 +734,7 @@ static void legs_that_do_not_give_cost_little(void **unused) {
  * would be inertia, by viscous friction that lags. */
 static void skews_of_single_tests_are_in_the_stated_deviation(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     enum { MACHINES = 3 };
     double square[2] = {0};
     for (int m = 0; m < MACHINES; m++) {
@@ -773,7 +773,7 @@ static void a_wrong_gain_is_found(void **unused) {
  * alike; a known weight shows it. */
 static void a_known_weight_finds_the_gain_that_all_pressures_have_in_common(void **unused) {
     (void)unused;
-    slow_case();
+    numbers_case();
     struct rig r;
     const double gain = 0.006;
     rig_init(&r, 50.0);
