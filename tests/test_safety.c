@@ -2,6 +2,7 @@
  * machine, what a fault reports, and what follows it. */
 #include "platform_rig.h"
 
+#include "blind_time.h"
 #include "cli.h"
 #include "reference.h"
 #include "witness.h"
@@ -141,6 +142,19 @@ static void nothing_is_run_that_could_move_blindly_for_long(void **unused) {
         if (status != (cases[i].said[0] ? STATUS_USAGE : STATUS_OK)) fail_msg("case %u: %d %s", i, status, error.text);
         for (int k = 0; k < 3 && cases[i].said[k]; k++)
             if (!strstr(error.text, cases[i].said[k])) fail_msg("case %u: no %s: %s", i, cases[i].said[k], error.text);
+    }
+}
+
+static void a_time_that_is_no_number_is_not_allowed(void **unused) {
+    (void)unused;
+    struct params params = by_hand();
+    double *const times[] = {&params.loop.period_s, &params.limits.sensor_age_s, &params.device.watchdog_s, &params.limits.blind_time_s};
+    assert_true(blind_time(&params).allowed);
+    for (int i = 0; i < 4; i++) {
+        double usual = *times[i];
+        *times[i] = (double)NAN;
+        assert_false(blind_time(&params).allowed);
+        *times[i] = usual;
     }
 }
 
@@ -447,6 +461,7 @@ int main(void) {
         cmocka_unit_test(nothing_is_run_without_ramps),
         cmocka_unit_test(nothing_is_run_whose_rest_is_a_fault),
         cmocka_unit_test(nothing_is_run_that_could_move_blindly_for_long),
+        cmocka_unit_test(a_time_that_is_no_number_is_not_allowed),
         cmocka_unit_test(a_fault_names_its_leg),
         cmocka_unit_test(a_fault_says_value_limit_and_key),
         cmocka_unit_test(a_leg_that_does_not_follow_says_how_far_it_is_off),

@@ -1,5 +1,7 @@
 #include "blind_time.h"
 
+#include <math.h>
+
 #include "params.h"
 
 static const double tick_s = 1e-3, rounding = 1e-9;
@@ -16,8 +18,9 @@ struct blind_time blind_time(const struct params *p) {
          "device.watchdog_s + 1 ms + (limits.bad_cycles + 2) x loop.period_s", false},
     };
     struct blind_time *longest = cases;
+    /* SAFETY: a case that is no number is the longest, so that it is not allowed. */
     for (unsigned i = 1; i < sizeof cases / sizeof *cases; i++)
-        if (!(cases[i].s <= longest->s)) longest = &cases[i]; /* also if one is NaN */
+        if (!isnan(longest->s) && !(cases[i].s <= longest->s)) longest = &cases[i];
     longest->allowed = longest->s <= p->limits.blind_time_s * (1 + rounding);
     return *longest;
 }
