@@ -64,9 +64,7 @@ run: $(BUILD)/hexid ## run the simulated platform in real time: six tests, the i
 	@mkdir -p runs
 	$(BUILD)/hexid run --log runs/$$(date +%Y-%m-%d_%H-%M-%S).lcm $(ARGS)
 
-built: $(BUILD)/hexid $(TESTS) $(REPLAYS) $(COUNTS) ## what make test runs
-
-test: built $(VENV)/ready ## run all tests; the last line is "N passed, N failed"
+test: $(BUILD)/hexid $(TESTS) $(REPLAYS) $(COUNTS) $(VENV)/ready ## run all tests; the last line is "N passed, N failed"
 	@BUILD=$(BUILD) VENV=$(VENV) NOT_RUN="what takes minutes: make test-long; what is claimed about the wall clock: make test-rt" \
 		tests/run $(SCRIPTS) $(TESTS)
 
@@ -108,16 +106,14 @@ soak-rt: $(BUILD)/hexid $(COUNTS) | deps-rt ## an hour at real pace: memory, des
 test-rt-kernel: $(BUILD)/hexid | deps-rt-kernel ## hexid on Debian's PREEMPT_RT kernel, in QEMU without hardware's help: does it run there? Says nothing about how fast
 	@BUILD=$(BUILD) VENV=$(VENV) tests/run tests/rt/kernel/kernel.sh
 
-# GOAL=built: only what asan and tsan run is built.
-GOAL := test
 asan: ## the same programs under AddressSanitizer and UndefinedBehaviorSanitizer
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan VENV=$(VENV) SCRIPTS="$(filter-out $(OF_NUMBERS),$(SCRIPTS))" \
-		LIGHT=yes SAN="-fsanitize=address,undefined -fno-sanitize-recover=all" $(GOAL)
+		LIGHT=yes SAN="-fsanitize=address,undefined -fno-sanitize-recover=all" test
 
 # Disables address space randomisation if allowed: ThreadSanitizer refuses the layouts of newer kernels.
 tsan: ## what has threads, under ThreadSanitizer
 	@$$(setarch -R true 2>/dev/null && echo setarch -R) $(MAKE) --no-print-directory BUILD=$(BUILD)/tsan VENV=$(VENV) \
-		REPLAYS= SCRIPTS="$(WITH_THREADS)" TESTS="$(THREADED:%=$(BUILD)/tsan/%)" LIGHT=yes SAN=-fsanitize=thread $(GOAL)
+		REPLAYS= SCRIPTS="$(WITH_THREADS)" TESTS="$(THREADED:%=$(BUILD)/tsan/%)" LIGHT=yes SAN=-fsanitize=thread test
 
 # Excludes -fsanitize=function, whose runtime is in the C++ driver's library, while C links here.
 fuzz: | deps-fuzz ## every fuzzer of tests/fuzz/ for a minute (FUZZ_S=60 seconds)
@@ -414,7 +410,7 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)javac -cp /usr/share/java/lcm.jar -d $(@D) $(@D)/hexid/*.java
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
-.PHONY: all always check install deb has-display run built test test-long test-rt asan tsan fuzz fuzz-run soak bench bench-paper bench-gap bench-coverage bench-friction bench-springs bench-sensors bench-faults bench-methods bench-table5 rig check-rig format format-check docs pictures python-types spy clean help
+.PHONY: all always check install deb has-display run test test-long test-rt asan tsan fuzz fuzz-run soak bench bench-paper bench-gap bench-coverage bench-friction bench-springs bench-sensors bench-faults bench-methods bench-table5 rig check-rig format format-check docs pictures python-types spy clean help
 .PHONY: bench-check bench-control bench-control-rig bench-robust bench-cycle bench-hour bench-rt bench-trajectories soak-rt test-rt-kernel deps-rt deps-rt-kernel
 .PHONY: deps deps-run deps-test deps-deb deps-format deps-pictures deps-fuzz deps-bench deps-spy
 .SECONDARY:
