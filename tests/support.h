@@ -139,8 +139,8 @@ static inline int random_cases(int all) { return quick() ? all / 5 : all; }
 #define SANITIZED SANITIZED_THREADS
 #endif
 
-/* Starts a slow case that is there for its numbers: shorter cases run the same lines, and with a
- * sanitizer these suffice. */
+/* Starts a slow case that is there for its numbers. Other cases run the same lines, and with a
+ * sanitizer they suffice. */
 #define numbers_case()                                                \
     do {                                                              \
         slow_case();                                                  \

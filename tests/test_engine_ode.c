@@ -160,8 +160,7 @@ static void legs_below_their_capacity_do_not_creep(void **state) {
 /* 20 N m about each of 24 axes withstand a twist of 8 N per leg. */
 static void joints_below_their_capacity_do_not_creep(void **state) {
     (void)state;
-    slow_case();
-    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
+    numbers_case();
     struct params p;
     config_default(&p);
     set_effect(&p, "passive_joint_friction", 0, 20.0);

@@ -324,8 +324,7 @@ static void forces_tell_where_the_rods_are_in_their_play(void **state) {
  * balance they fell by 20 at 3 um. */
 static void noise_of_the_forces_is_no_play(void **state) {
     (void)state;
-    slow_case();
-    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
+    numbers_case();
     static const double first_m = 2e-6, factor = 1.6;
     enum { SIZES = 17, SEGMENTS_OF_A_TEST = 8, ONE_LEG = 2, PATTERNS = 2 };
     double square[PATTERNS][SIZES] = {{0}};
@@ -402,8 +401,7 @@ static void solve(const struct params *machine, int axes, struct gap_result *res
 
 static void a_machine_like_the_model_has_no_gap(void **state) {
     (void)state;
-    slow_case();
-    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
+    numbers_case();
     struct params machine = params;
     static struct gap_result result;
     machine.payload.mass_kg *= 1.008; /* within the tolerance of the base, so no finding */
@@ -561,8 +559,7 @@ static void friction_and_a_tilt_are_two_effects(void **state) {
 
 static void another_controller_is_no_effect(void **state) {
     (void)state;
-    slow_case();
-    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
+    numbers_case();
     struct params machine = params;
     static struct gap_result result;
     machine.control.kff = 1.5;

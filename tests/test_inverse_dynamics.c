@@ -166,8 +166,7 @@ static double deflection_error(struct inverse_dynamics *d, bool cycle, double di
  * instants is taken as constant. */
 static void seals_are_deflected_as_by_small_steps(void **unused) {
     (void)unused;
-    slow_case();
-    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
+    numbers_case();
     struct params params;
     struct inverse_dynamics d;
     struct effect_values *dahl = &params.effects[effect_find("cylinder_dahl_friction")];

@@ -10,6 +10,7 @@
 #include "gap.h"
 #include "admit_rig.h"
 #include "gap_rig.h"
+#include "reference_check.h"
 #include "residual.h"
 #include "sampling.h"
 #include "units.h"
@@ -140,6 +141,26 @@ static void recordings_that_lie_are_refused_for_what_they_are(void **unused) {
         if (status != STATUS_USAGE || !strstr(error.text, lies[n].says))
             fail_msg("%d: \"%s\" does not say \"%s\"", (int)n, error.text, lies[n].says);
     }
+}
+
+static void rest_and_flip(struct recording_sample *s) {
+    s->length_m[1] = 0.0;
+    flip_length(s);
+}
+
+/* A leg at rest tells nothing of itself, but hides no error of another leg. */
+static void a_leg_at_rest_does_not_hide_another(void **unused) {
+    (void)unused;
+    slow_case();
+    struct error error = {0};
+    struct recording r = copy();
+    struct kinematics k;
+    assert_int_equal(kinematics_init(&k, &params, &error), STATUS_OK);
+    assert_int_equal(admit_rig(&r, false, &error), STATUS_OK);
+    alter(&r, rest_and_flip);
+    assert_int_equal(reference_check(&r, &k, &error), STATUS_USAGE);
+    assert_non_null(strstr(error.text, "leg 5 moves against its reference"));
+    recording_free(&r);
 }
 
 /* Returns all six tests one after the other, as one recording of any motion. */
@@ -436,6 +457,7 @@ static void more_runs_than_there_is_room_for_are_refused(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(recordings_that_lie_are_refused_for_what_they_are),
+        cmocka_unit_test(a_leg_at_rest_does_not_hide_another),
         cmocka_unit_test(a_reference_is_judged_by_the_whole_record),
         cmocka_unit_test(another_rate_than_the_controllers_is_seen),
         cmocka_unit_test(another_machine_is_refused),

@@ -70,8 +70,7 @@ static double rounding_over_predicted(double hz, double amplitude_m, double shak
  * which the rounded samples do not tell. */
 static void each_harmonic_has_its_share(void **state) {
     (void)state;
-    slow_case();
-    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
+    numbers_case();
     for (int harmonic = 1; harmonic <= 5; harmonic++)
         assert_close(harmonics_over_predicted(4.0, 224e-6, 3e-6, 0.0, harmonic, harmonic), 1.0, 0.35);
 }
@@ -95,8 +94,7 @@ static void quantisation_in_step_is_as_large_as_predicted(void **state) {
  * come later and have no dither. Their errors repeat as if nothing had settled. */
 static void settling_is_no_dither(void **state) {
     (void)state;
-    slow_case();
-    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
+    numbers_case();
     assert_close(rounding_over_predicted(4.0, 2.1e-3, 0.0, 100e-6), 1.0, 0.35);
     assert_close(rounding_over_predicted(4.0, 2.1e-3, 4e-6, 100e-6), 1.0, 0.35);
 }

@@ -108,14 +108,15 @@ int sigsuspend(const sigset_t *mask) {
  * so the kernel dies with its first process. This reads the whole, overlays the part that the
  * kernel knows, and writes the whole back. No program inside uses the tiles. */
 static unsigned char whole[16384]; /* not on the kernel's small stack; there is one thread */
-static size_t host_size;           /* size of the host's registers; 0: not yet known */
+static size_t host_size;           /* size of any process's registers; 0: not yet known */
 
 static long set_registers(pid_t pid, void *set, struct iovec *part) {
     struct iovec all = {.iov_base = whole, .iov_len = sizeof whole};
-    if (host_size && part->iov_len >= host_size) return real_ptrace(PTRACE_SETREGSET, pid, set, part);
-    if (real_ptrace(PTRACE_GETREGSET, pid, set, &all) < 0) return -1;
-    host_size = all.iov_len;
-    if (part->iov_len >= all.iov_len) return real_ptrace(PTRACE_SETREGSET, pid, set, part);
+    if (!host_size || part->iov_len < host_size) {
+        if (real_ptrace(PTRACE_GETREGSET, pid, set, &all) < 0) return -1;
+        host_size = all.iov_len;
+    }
+    if (part->iov_len >= host_size) return real_ptrace(PTRACE_SETREGSET, pid, set, part);
     memcpy(whole, part->iov_base, part->iov_len);
     return real_ptrace(PTRACE_SETREGSET, pid, set, &all);
 }
