@@ -24,6 +24,20 @@ claim "every skipped claim is listed, with its reason" every_reason
 claim "and counted neither as passed nor as failed" grep -qx '6 skipped' "$work/said"
 claim "what passed is counted" grep -qx '3 passed, 0 failed' "$work/said"
 
+cat >"$work/slow" <<'END'
+#!/bin/sh
+[ "$CHECK" ] && printf '# skipped: slow cases, left to make test\nok 1 - fuzzed # SKIP\n' || echo 'ok 1 - fuzzed'
+END
+chmod +x "$work/slow"
+all_slow() {
+    CHECK=1 BUILD=$work/build tests/run "$work/slow" >"$work/said" && grep -qx '1 passed, 0 failed' "$work/said" &&
+        CHECK=1 BUILD=$work/build tests/run "$work/slow" "$work/some.sh" >>"$work/said" && grep -qx '1 passed, 0 failed' "$work/said"
+    local status=$?
+    cat "$work/said"
+    return $status
+}
+claim "a fast tier of slow cases alone runs them, and skips them beside others" all_slow
+
 program twin.sh $'ok - holds'
 mkdir "$work/other" && cp "$work/twin.sh" "$work/other"
 twins() {
