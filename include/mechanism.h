@@ -2,8 +2,8 @@
  * after the mechanism: its properties, its refusals in words, and the forces of its legs for a
  * motion. All other code but the CSV import asks for one of these properties, never for the
  * mechanism's name, so that a new mechanism is a new file, a mechanism_kind and a row of
- * mechanism_table (docs/extending.md has the exceptions). All functions are pure functions of their
- * arguments, any thread. */
+ * mechanism_table (docs/extending.md has the exceptions). Functions change nothing but their
+ * arguments; any thread, with arguments of its own. */
 #ifndef HEXID_MECHANISM_H
 #define HEXID_MECHANISM_H
 

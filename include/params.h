@@ -1,8 +1,8 @@
 /* The whole configuration as plain data in SI units; src/io/config.c reads it from the YAML file,
- * and while the daemon runs it is constant. Every key of the file sets one member of a section; a
- * module that reads one section includes its header alone. Ranges and descriptions of the keys
- * stand in the table of src/io/config_keys.c, from which --print-config and docs/configuration.md
- * are made. */
+ * and while the daemon runs it is constant. Every key of the file but `mechanism` sets one member
+ * of a section; a module that reads one section includes its header alone. Ranges and descriptions
+ * of the keys stand in the table of src/io/config_keys.c, from which --print-config and
+ * docs/configuration.md are made. */
 #ifndef HEXID_PARAMS_H
 #define HEXID_PARAMS_H
 

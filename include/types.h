@@ -174,11 +174,11 @@ struct cycle {
                             * pressures are not trusted */
     enum state state;
     uint32_t faults;       /* latched faults: FAULT_... and fault_leg() */
-    uint32_t first_fault;  /* the headline of the latched faults; 0 if there is none */
+    uint32_t first_fault;  /* the fault that stands for all latched ones; 0 if there is none */
     struct fault_measure measure; /* value and limit of first_fault; no message carries them */
     uint32_t law_doubts;   /* DOUBT_... (model_law.h): why the PID drives in place of the configured
                             * law `model`; no message carries them, but an event reports them */
-    uint32_t opened;       /* inputs (INPUT_...) that were open and ended the automatic run; 0:
+    uint32_t opened;       /* wrong inputs (interlock_wrong()) that ended the automatic run; 0:
                             * none; no message carries them, but an event reports them */
     uint32_t request_id;   /* id of the last request that was processed; 0: none */
     enum command request;  /* that request's command; no message carries either, but an event

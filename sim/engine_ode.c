@@ -33,7 +33,7 @@ struct leg {
     double viscous_n;
     double passive_n; /* viscous friction, seals, end stop and middle of the dry friction's range */
     double holding_n; /* half of the dry friction's range: the motor's limit */
-    double contact_n; /* force of the rod on the platform, if the leg has backlash */
+    double contact_n; /* this one acts on the platform; 0 without backlash */
 };
 
 struct engine_ode {

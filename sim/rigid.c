@@ -190,8 +190,8 @@ static void leg_loads(const struct rigid_model *m, const struct rigid_legs *legs
     }
 }
 
-/* Adds sum (ma - f) J' J to the mass matrix. axial: ma - f of each leg (struct leg_load). It adds
- * whole rows, which is faster than a triangle. */
+/* Adds the sum of axial J' J over the legs to the mass matrix (axial: ma - f of struct leg_load).
+ * It adds whole rows, which is faster than a triangle. */
 static void add_axial_mass(const struct rigid_legs *legs, const double axial[LEGS], double mass[DOFS][DOFS]) {
     for (int k = 0; k < LEGS; k++) {
         double row[DOFS];

@@ -84,7 +84,7 @@ static void a_node_of_another_master_is_left_alone_until_that_one_is_gone(void *
         assert_int_equal(w.node[4].state, CAN_PREOPERATIONAL);
     }
     assert_non_null(strstr(condition(&w, text), "node 5 owned by another master"));
-    /* nothing was written to the node */
+    /* no heartbeat time was written to the node */
     assert_int_equal(w.node[4].value[can_object_find(w.node[4].dictionary, 0x1017, 0)], 0);
     cycles(&w, CYCLES_TO_RUN, centre);
     w.wire.lose_heartbeat = false;

@@ -30,7 +30,7 @@
 #include "output.h"
 
 static char directory[] = "/tmp/confine.XXXXXX", result[64], other[64];
-static int listener;           /* accepts commands */
+static int listener;           /* socket that takes commands */
 static struct output to;
 static struct notify manager; /* opened before the process is confined, as in the daemon */
 

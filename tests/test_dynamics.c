@@ -59,7 +59,7 @@ static void twist_of(double time_s, double size, double twist[DOFS]) {
         rotation_from_angles(pose[k][0][3], pose[k][0][4], pose[k][0][5], t[k]);
     }
     for (int r = 0; r < 3; r++) twist[r] = (pose[1][0][r] - pose[0][0][r]) / (2.0 * h);
-    /* the difference of the rotation matrices: T2 T1' = 1 + 2 h w~ */
+    /* w follows from the rotation matrices: T2 T1' = 1 + 2 h w~ */
     static const int up[3] = {2, 0, 1}, down[3] = {1, 2, 0};
     for (int r = 0; r < 3; r++) {
         double plus = 0.0, minus = 0.0;

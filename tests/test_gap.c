@@ -292,9 +292,9 @@ static double force_square(const struct residual_test *t, const struct params *m
 }
 
 /* Rods with 0.5 mm of backlash knock in x at 4 Hz. The forces reveal the rods' positions, in a
- * cycle and in a segment, with dry friction as well. The series of a segment are slower, so knocks
- * that they do not resolve are noise of its forces: 0.33 mm in the two longest crossings, of 0.17
- * s, which are hidden. */
+ * cycle and in a segment, with dry friction as well. A segment's series resolves fewer knocks, and
+ * the others count as noise of its forces. That is as much as 0.33 mm of play, and hides the two
+ * longest crossings, of 0.17 s. */
 static void forces_tell_where_the_rods_are_in_their_play(void **state) {
     (void)state;
     slow_case();

@@ -45,7 +45,7 @@ static void noise_is_no_friction(void **unused) {
         before += push_n * push_n, after += left_n * left_n;
     }
     assert_true(after > 0.8 * before); /* clipping at the friction's limits alone would leave 0.35
-                                        * of it */
+                                        * of `before` */
 }
 
 static void what_is_sure_is_held(void **unused) {

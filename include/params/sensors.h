@@ -4,7 +4,7 @@
 
 #include <stdbool.h>
 
-struct sensor_params {            /* sensors of the simulated machine */
+struct sensor_params {            /* sensors, real or simulated */
     bool enabled;                 /* false: the readings are exact, without rounding and noise */
     double position_resolution_m;
     double adc_bits, adc_range_v; /* bits of the converter over its range, -adc_range_v to

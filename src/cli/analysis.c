@@ -217,9 +217,9 @@ static struct verdict judge_method_c(const struct analysis *a) {
         .result = &id->method_c, .equations = &a->equations, .estimate = &a->estimate, .nominal = (const double (*)[DOFS])id->nominal_mt});
 }
 
-/* Notes two possible errors of the configuration that change no length and no force, so that a
- * recording without reference cannot show them: other directions of x and y, and another numbering
- * of the legs under which the machine is symmetric. */
+/* Notes two errors of the configuration that a recording without reference cannot show, since they
+ * change no length and no force: x and y are turned or mirrored, or the legs of a symmetric machine
+ * are numbered in another way. */
 static void note_symmetries(const struct analysis *a, struct verdict *v) {
     char orders[LEG_ORDER_TEXT];
     if (a->recording.measured.reference || !a->ident.result.method_c.matrix.evaluated || !params_mechanism(a->params)->pose) return;

@@ -32,9 +32,9 @@ struct analysis {
     bool seen[DOFS];                /* there are cycles of a test of this axis */
     struct gains driven[DOFS];      /* gains of the latest test of each axis that was seen; the
                                      * cycles of a log carry no gains */
-    int64_t refused[REFUSALS];      /* numbers of cycles in evaluated parts: by flag, or for cycles
-                                     * without flags by the reason why methods A and B exclude
-                                     * them */
+    int64_t refused[REFUSALS];      /* numbers of cycles in evaluated parts: by each flag; without
+                                     * flags by the reason why methods A and B exclude them, or
+                                     * REFUSED_NOT */
     int64_t missed, longest_ns;     /* number of deadlines missed in a row up to the last cycle,
                                      * and the longest delay among them */
     struct recording recording;     /* recording for method C: the first samples of each test; at

@@ -201,7 +201,7 @@ static int read_cycles(struct check *c, const struct input *in, struct log_reade
     if (!status && in == c->input) c->first = c->params;
     const struct test_params own = c->params.tests;
     do {
-        /* path is NULL here, because ask_gap() already reports what --set overrules */
+        /* NULL: nothing is reported here, because ask_gap() reports what --set overrules */
         log_params_follow(&c->o, NULL, &event, &own, &c->params.tests);
         if (status || strcmp(event.channel, CHANNEL_STATE) || !state_decode(event.data, event.size, &cycle)) continue;
         status = add_cycle(c, in, &cycle, &place);

@@ -35,7 +35,7 @@ struct finding {
 struct doctor {
     const struct params *params;
     const char *config;     /* path of the configuration; NULL: built in */
-    const char *url;        /* the machine's URL, as for --hal, without prefixed faults */
+    const char *url;        /* the machine's URL, as for --hal, but without injected faults */
     const char *log;        /* argument of --log; NULL: it was not given */
     const char *root;       /* prefix of /proc and /sys; "" stands for this computer */
     double latency_s;       /* duration of the measurement of wake-ups; 0: none */

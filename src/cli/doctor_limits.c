@@ -79,8 +79,8 @@ static void leg_rate(struct saying *s, const struct params *p, const struct loop
         p->limits.leg_rate_mps, cycle_m, step_m);
 }
 
-/* Compares following_m and standstill_m with the stroke and with the step of the length
- * transducer. */
+/* Compares following_m and standstill_m with the stroke, the step of the length transducer, and
+ * each other. */
 static void following(struct saying *s, const struct params *p) {
     const struct {
         const char *key;

@@ -16,7 +16,7 @@ struct motion_result {
     double test_time_s;          /* time in the test at its last cycle */
 };
 
-/* Takes the next cycle of a run; ignores cycles that are not in a test that belongs to no axis. */
+/* Takes the next cycle of a run; only cycles of a test without an axis count. */
 void motion_take(struct motion_result *m, const struct params *params, const struct cycle *cycle);
 
 /* Adds a reason to the verdict if the test is not complete or has too many samples excluded. */

@@ -147,7 +147,7 @@ static void unattended(struct recorder *r, const struct cycle *c, const struct c
     if (up && !r->unattended.status) r->unattended = why;
 }
 
-/* Reports the open inputs that have ended an automatic run. */
+/* Reports the first wrong input that has ended an automatic run. */
 static void opened(struct recorder *r, const struct cycle *c, const struct cycle *before) {
     char text[240];
     if (!c->opened || before->opened) return;

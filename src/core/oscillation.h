@@ -59,8 +59,8 @@ struct oscillation_block {
     /* parts of commanded, opened and forced that are white noise, assuming that their fourth
      * differences contain nothing else */
     double white, opened_white, forced_white;
-    double asked_measured, asked_commanded; /* acceleration of the reference, filtered as `measured`
-                                             * and as `commanded` */
+    double asked_measured, asked_commanded; /* acceleration of the reference, by steps of 16 ms and
+                                             * of one cycle */
     double leg[LEGS];        /* each leg's own part of `opened`, and of `commanded` where that is
                               * computed */
 };

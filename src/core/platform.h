@@ -56,10 +56,10 @@ struct platform {
     bool stopping;               /* the latest tests were ended by a stop, or are being ramped out
                                   * by one */
     bool request_taken;          /* the last request had an effect */
-    uint32_t opened;             /* inputs that were open and ended the automatic run; 0: none */
+    uint32_t opened;             /* wrong inputs that ended the automatic run; 0: none */
     bool automatic;              /* the platform engages, tests and parks without requests; becomes
                                   * false when it has parked, after a stop, a park or a fault, and
-                                  * if an input is open before the supply is on */
+                                  * if an input is wrong before the supply is on */
     int64_t seq;
 };
 

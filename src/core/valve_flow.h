@@ -27,7 +27,7 @@ struct valve_flow {
     double least_m, most_m;      /* leg lengths at the end stops */
     double bulk_modulus_pa, leakage_m3_per_s_pa, supply_pa, tank_pa;
     double null;                 /* command at which the spool is in its middle position */
-    double delay_s;              /* mean delay from command to spool: its lag and dead time */
+    double delay_s;              /* delay from command to spool: lag of the spool and dead time */
     double dead;                 /* half the width of the valve's dead band, as a share of full
                                   * opening */
 };
@@ -37,8 +37,8 @@ struct oil_state {
     double p1_pa, p2_pa, length_m, rate_mps;
 };
 
-/* Reads section `hydraulics` and the effects valve_flow_gain, port_area_ratio, valve_dead_band,
- * valve_null_bias, valve_lag, command_delay and internal_leakage. */
+/* Reads sections `actuator` and `hydraulics` and the effects valve_flow_gain, port_area_ratio,
+ * valve_dead_band, valve_null_bias, valve_lag, command_delay and internal_leakage. */
 void valve_flow_init(struct valve_flow *flow, int leg, const struct params *params, const struct kinematics *k);
 
 /* Returns the opening at which the leg force changes at this rate, as a share of full opening; it

@@ -131,7 +131,7 @@ static double value_at(const struct bounded *p, const double *x) {
 /* Moves all values to the target, or to the ends of their ranges where it lies beyond them. Returns
  * false and moves nothing if that does not lower the form. */
 static bool project(const struct bounded *p) {
-    double *clipped = p->matrix; /* its factor is needed no more */
+    double *clipped = p->matrix; /* the matrix's factor is not needed any more */
     for (int i = 0; i < p->n; i++) clipped[i] = fmin(fmax(p->target[i], p->least[i]), p->most[i]);
     if (!(value_at(p, clipped) < value_at(p, p->x))) return false;
     for (int i = 0; i < p->n; i++) {

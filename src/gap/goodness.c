@@ -69,8 +69,8 @@ double goodness_noise(const struct diagnosis *d) {
     return noise_at_most(sum, squares);
 }
 
-/* Weighted sum of squared white residuals, divided by the most that noise and laws explain. Each
- * value's weight is its inverse variance, error of the laws included, raised to `power`. */
+/* Weighted sum of squared white residuals, divided by the most that noise and laws explain. A
+ * weight is (1 + variance of the laws' error, in units of the noise)^-power, or 0 without noise. */
 static double weigh(int rows, const double *white, const double *noise, const double *law, double power) {
     double left = 0.0, laws = 0.0, sum = 0.0, squares = 0.0;
     for (int i = 0; i < rows; i++) {

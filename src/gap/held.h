@@ -8,8 +8,8 @@
 
 #include "covariance.h"
 
-/* Rows of a leg in a test in which it may be held: their first one and their number, and the
- * covariance that its friction adds to the coefficients of the force, N^2. */
+/* Rows of a leg that may be held in a test: the first one, their number, and the covariance that
+ * the leg's friction adds to the coefficients of its force, N^2. */
 struct held_rows {
     int first, rows;
     double covariance[RESIDUAL_SIZE][RESIDUAL_SIZE];

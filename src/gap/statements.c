@@ -87,7 +87,7 @@ static void read_values(const struct comparison *s, const struct set *one, int p
     e->values = moved.effects[h->effect];
 }
 
-/* Fills an effect with its values in a set. */
+/* Describes one effect of a set of effects: values, z, and the share that it explains by itself. */
 static void state_in(const struct comparison *s, const struct params *base, const struct set *one, int place, struct gap_effect *e) {
     int keys = 0, effect = one->hypothesis[place].effect;
     *e = (struct gap_effect){.effect = effect, .pattern = one->hypothesis[place].pattern, .given = s->d->given->effects[effect]};

@@ -100,7 +100,7 @@ static void hold_scales(const struct equations *e, double factor[UNKNOWNS][UNKNO
     }
 }
 
-/* Adds the priors of all unknowns but the basis functions to X' W X. */
+/* Sets `sum` to X' W X plus the priors of all unknowns but the basis functions. */
 static void add_priors(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], double sum[UNKNOWNS][UNKNOWNS]) {
     memcpy(sum, e->product, sizeof e->product);
     for (int c = 0; c < MATRIX_ENTRIES; c++)

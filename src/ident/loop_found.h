@@ -13,8 +13,8 @@
  * determined. */
 struct params loop_found_params(const struct params *params, const struct loop_survey *survey);
 
-/* Factors that turn a leg of the configuration's model (struct loop_leg) into the leg that was
- * found. */
+/* Factors, and a difference of delays, that turn a leg of the configuration's model (struct
+ * loop_leg) into the leg that was found. */
 struct loop_found {
     struct found_leg {
         double push[2], open[2], sag[2], other[2], viscous;

@@ -5,8 +5,8 @@
 #include "kinematics.h"
 #include "params.h"
 
-static const double TRIED = 0.8;           /* share of the path from neutral to the nearest end of a
-                                            * stroke at which poses are checked */
+static const double TRIED = 0.8;           /* poses are checked up to this share of the first leg's
+                                            * way to an end of its stroke */
 static const double SEARCH = 10.0;         /* m or rad; upper bound of the search for the pose at a
                                             * stroke's end, larger than any stroke */
 enum { HALVINGS = 30 };

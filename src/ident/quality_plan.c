@@ -79,9 +79,8 @@ static bool find_response(struct response *r, const struct params *params, bool 
 
 /* SAFETY: the monitor of oscillations stops a motion whose rms acceleration exceeds 1.8 times the
  * reference's by limits.oscillation_mps2, and a resonance rings on when the reference has faded
- * out. Returns the largest safe amplitude of the reference's acceleration: if the platform responds
- * with `answers` times that amplitude, its rms exceeds the reference's by OF_ALLOWED of that limit.
- * Infinite if the response is not larger than the reference. */
+ * out. Returns the amplitude of the reference's acceleration at which a response `answers` times as
+ * large exceeds the reference's rms by OF_ALLOWED of that limit; infinite if answers <= 1. */
 static double accel_allowed_mps2(double answers, const struct params *params) {
     return answers > 1.0 ? sqrt(2.0) * OF_ALLOWED * params->limits.oscillation_mps2 / (answers - 1.0) : HUGE_VAL;
 }

@@ -300,7 +300,7 @@ static const char *const sections[][2] = {
     {"axis", "One axis with a mass, for mechanism axis: position, and force or pressures, no pose"},
     {"actuator", "The legs, Tian 2015 Tables 1 and 2; of a leg: one number for all, or a list of six"},
     {"hydraulics", "Valve, fluid and cylinder of the simulated machine; of a leg: one number for all, or a list of six"},
-    {"sensors", "Sensors of the simulated machine"},
+    {"sensors", "Sensors, real or simulated"},
     {"sim", "Simulation"},
     {"control", "Leg controller; valve from -1 to 1"},
     {"motion", "Engaging and parking"},

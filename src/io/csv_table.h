@@ -21,11 +21,11 @@ struct csv_table {
     double *value[CSV_COLUMNS]; /* values in SI; NULL: the column is missing */
 };
 
-/* Looks through the files of a test. If it is one file whose rows can be taken as they stand,
- * *table is NULL, columns without any number are taken out of the test's head, `whole`, and *empty
- * is the number of cells without a number in the other columns. Otherwise makes the table; *empty
- * is 0, and the notes say what was changed. middle_m: middle of the range of a position that is
- * integrated. Heap. Returns -2 or -3 on failure. */
+/* Looks through the files of a test. If there is a single file whose rows can be used as they are,
+ * sets *table to NULL, removes columns without any number from the head `whole`, and sets *empty to
+ * the number of cells without a number in the others. Otherwise makes the table, sets *empty to 0
+ * and notes what was changed. middle_m: middle of the range of a position that is integrated. Heap.
+ * Returns -2 or -3 on failure. */
 int csv_table_make(struct csv_table **table, struct csv_head *whole, int64_t *empty, const struct csv_head *files, int count,
                    double middle_m, struct csv_map *map, char notes[CSV_NOTES_SIZE], struct error *error);
 

@@ -13,8 +13,8 @@ static const double FOLLOW = 1.0 / 32.0; /* share of a row's deviation by which 
                                           * a step that is off by 1 % makes the grid lag by a third
                                           * of a step, and jitter averages out */
 static const double NEXT = 0.75;         /* share of a step; a row that is nearer than this to the
-                                          * place after its predecessor's gets that place, because
-                                          * jitter is commoner than a lost row with such jitter */
+                                          * next place gets that place, because so much jitter is
+                                          * commoner than a lost row */
 static const double STEP_LEAST_S = 1e-7; /* shorter steps mean a wrong unit of time */
 
 int csv_times_add(struct csv_times *t, double t_s, struct error *error) {

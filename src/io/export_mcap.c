@@ -51,8 +51,8 @@ static int type_channel(struct mcap_export *e, const struct message_type *type) 
     schema_begin(e, type->name);
     for (const struct field *f = type->field; f->name; f++) {
         if (f->kind == FIELD_COUNT)
-            continue; /* a count is left out: the array's length states it; it is never the first
-                       * field */
+            continue; /* the array's length states a count; no type begins with a count, so the
+                       * commas are right */
         json_text_say(&e->json, "%s\"%s\":{\"type\":", f == type->field ? "" : ",", f->name);
         json_text_say(&e->json, f->count == 1 ? "\"%s\"}" : "\"array\",\"items\":{\"type\":\"%s\"}}", json[f->kind]);
     }

@@ -18,9 +18,9 @@
 
 enum { LOG_PARTS_MAX = 9999 };
 
-/* Deletes the oldest logs until the remaining ones take at most quota_bytes; the newest log always
- * remains. After a failed deletion it continues with the others and returns STATUS_IO naming the
- * file. *left_bytes (may be NULL): size of the remaining logs. */
+/* Deletes the oldest logs until the rest take at most quota_bytes, but neither the newest one nor a
+ * run that is being written. Continues after a failed deletion and returns STATUS_IO naming the
+ * last such file. *left_bytes (may be NULL): size of the remaining logs. */
 int log_directory_prune(const char *directory, int64_t quota_bytes, int64_t *left_bytes, struct error *error);
 
 /* Creates an empty file named by the next number and the current time: the whole log or its first

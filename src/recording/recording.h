@@ -32,11 +32,11 @@ struct recording_test {
     int run;             /* index of the run that the test belongs to */
     int test;            /* number in the list of tests, continued through all runs */
     enum dof dof;
-    double frequency_hz; /* frequency of the motion: as stated, or the measured one that
-                          * measured_add() puts here; NaN for a segment */
+    double frequency_hz; /* frequency of the motion: the stated one, or the one that measured_add()
+                          * found and puts here; NaN for a segment or several axes */
     double stated_hz, amplitude;
-    double segment_s, start_s; /* length and start of a segment of any motion; segment_s 0: a steady
-                                * sinusoid */
+    double segment_s, start_s; /* length and start of a segment of any motion; segment_s is 0 for a
+                                * whole test */
     int segment;         /* number of the segment among those of all records, from 0 */
     int count, capacity;
     int64_t offered;     /* number of samples offered so far, including those that were dropped to

@@ -74,8 +74,8 @@ struct grid {
     struct sums *sums;
 };
 
-/* Sums over all points before a given one: of the squared differences from the value one period
- * later, of the number of these differences, of the values, and of the values' squares. */
+/* Sums over all points before a given one: squared differences from the value one period later, and
+ * their number; values, and their squares. */
 struct sums {
     double difference, compared, x, square;
 };

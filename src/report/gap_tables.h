@@ -1,4 +1,5 @@
-/* Sections of a gap report below its first screen: figures in tables. */
+/* Tables of a gap report. That of parameters (table_parameters()) stands on its first screen, the
+ * others below. */
 #ifndef HEXID_GAP_TABLES_H
 #define HEXID_GAP_TABLES_H
 

@@ -107,7 +107,7 @@ static void test_data(FILE *script, const struct picture_test *p, const struct k
     fputs("EOD\n", script);
 }
 
-/* Begins panel `number`, counted from the top, with one line for its key above it. */
+/* Begins panel `number`, 0 at the top, with one line for its key above it. */
 static void panel(FILE *script, int number, int panels, const char *label) {
     double height = (1.0 - 0.27 / panels) / panels, top = 1.0 - number * height, key = 0.16 / panels;
     plot_panel(script, top - key, top - height + 0.02, number == panels - 1 ? "time of the test [s]" : NULL, label);

@@ -24,8 +24,8 @@ struct comparison {
     void (*label)(FILE *out, int row);
     const char *configured_name;
     quantity_of *configured;       /* NULL: there is no configured column */
-    /* Returns the value that is 100 % for a difference from the configured one. NULL, or a result
-     * of 0: differences have no percentage. */
+    /* Returns the value that counts as 100 % of a difference. No percentage is written if this is
+     * NULL or returns 0. */
     double (*whole)(const struct identification_log *log, int row);
     int methods;
     struct {

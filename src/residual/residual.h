@@ -156,11 +156,11 @@ void residual_rate(const struct residual_test *t, int leg, double row[RESIDUAL_S
 /* Mean square of the varying part of a measured channel. */
 double residual_variation(const struct residual_test *t, enum channel channel, int leg);
 
-/* Computes the ripple that sampling adds to the measured force, by the model's chambers, as
- * coefficient rows. Commands held from sample to sample make the force ripple, and samples in step
- * with the commands always read the same phase of the ripple. Zero if commands are at most 0.5 ms
- * apart (the ripple is then a sixteenth of the one at 2 ms) or samples are not in step. False if
- * the chambers are not evaluated, or without memory. */
+/* Computes coefficient rows of the ripple that sampling adds to the measured force, by the model's
+ * chambers. Held commands make the force ripple, and samples in step with them always read the same
+ * phase. The rows are zero if commands are at most 0.5 ms apart (the ripple is then a sixteenth of
+ * the one at 2 ms) or samples are not in step. Otherwise returns false if the chambers are not
+ * evaluated, or without memory. */
 bool residual_staircase(const struct residual_test *t, const struct params *model, double force_n[LEGS][RESIDUAL_SIZE]);
 
 /* Computes the coefficient rows of the hydraulic force that each leg needs for the measured motion,

@@ -14,8 +14,8 @@ static const double WEAK = 1e-6; /* a tone does not count if its mean square is 
 static const double SURE = 3.0;  /* a harmonic that exceeds this many of its standard deviations is
                                   * motion, not rounding error */
 
-/* Mean square of tone k of the errors of rounding to steps of 1, if x varies by a Gaussian of this
- * standard deviation. */
+/* Mean square of tone k of the mean rounding error over the cycles, with steps of 1, if x varies
+ * from cycle to cycle by a Gaussian of this standard deviation. */
 static double tone_square(int k, double shaken) { return 0.5 * square(exp(-2.0 * square(PI * k * shaken)) / (PI * k)); }
 
 /* Standard deviation of the signal from one cycle to the next, in steps. scatter: standard

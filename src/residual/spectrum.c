@@ -123,8 +123,8 @@ struct cycles_of_test {
     int averaged, all;
     double place[CYCLES_MAX]; /* number of the cycle */
     struct span span[CYCLES_MAX];
-    double ramp[SPECTRUM_SIZE]; /* coefficients of a drift of one unit per cycle, mean of the
-                                 * averaged cycles */
+    double ramp[SPECTRUM_SIZE]; /* mean, over the averaged cycles, of the series fitted to a drift
+                                 * of one unit per cycle */
 };
 
 /* Fits a line to the constants of all whole cycles over the cycles' numbers, and returns its slope

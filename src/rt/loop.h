@@ -74,8 +74,8 @@ struct loop_acted {
                                       * one */
     enum state state;                /* current state of the supervisor */
     uint32_t wrong;                  /* current wrong inputs: INPUT_... */
-    uint32_t first_fault;        /* headline of the latched faults, one of FAULT_... (types.h); 0:
-                                  * none is latched */
+    uint32_t first_fault;        /* the fault that stands for all latched ones, one of FAULT_...
+                                  * (types.h); 0: none is latched */
 };
 struct loop_acted loop_acted(const struct loop *l);
 

@@ -58,9 +58,9 @@ static int need(int resource, rlim_t least, rlim_t unit, const char *what, const
                      (unsigned long long)(limit.rlim_cur / unit), what, (unsigned long long)(least / unit), remedy);
 }
 
-/* Removes variables by which GLib, loaded by Debian's liblcm, would do harm: G_MESSAGES_DEBUG=all
- * would print into results on standard output, and G_DEBUG=fatal-warnings would abort a daemon that
- * holds a platform up. */
+/* Removes variables by which GLib, loaded by Debian's liblcm, would do harm. G_MESSAGES_DEBUG=all
+ * would print into results on standard output, G_DEBUG=fatal-warnings would abort a daemon that
+ * holds a platform up, and G_SLICE changes how memory is taken. */
 static void clean_environment(void) {
     static const char *const names[] = {"G_DEBUG", "G_MESSAGES_DEBUG", "G_SLICE"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) unsetenv(names[i]);

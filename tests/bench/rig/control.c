@@ -43,7 +43,7 @@ struct choice {
     bool drives[PLANTS];
 };
 
-/* A base, with cells of all drivers. A run that ended in a fault has no numbers. */
+/* Results of all drivers on one base. A run that ended in a fault has no numbers. */
 struct column {
     struct table_cell cell[DRIVERS][RATES];
     uint32_t fault[DRIVERS][RATES];
