@@ -71,11 +71,34 @@ static void tests_with_different_gains_are_not_one_result(void **unused) {
     analysis_free(&a);
 }
 
+/* Legs at 3.92 Hz for stated 4 are 2 % slow, or the clock is 2 % fast, which makes masses 4 % too
+ * large. Segments of other motions have no stated frequency. */
+static void another_frequency_than_stated_is_noted(void **unused) {
+    (void)unused;
+    struct error error;
+    config_default(&params);
+    assert_int_equal(analysis_init(&a, &params, &error), STATUS_OK);
+    struct recording *r = &a.measured.recording;
+    static const double hz[] = {4.0, 3.92, (double)NAN, 3.92};
+    r->tests = 4;
+    for (int i = 0; i < r->tests; i++) r->test[i] = (struct recording_test){.dof = DOF_X + i, .frequency_hz = hz[i], .stated_hz = 4.0};
+    r->test[3].segment_s = 1.0;
+    const struct verdict run = analysis_verdicts(&a).run;
+    assert_true(run.notes > 0);
+    assert_non_null(strstr(run.note[run.notes - 1], "in test y the legs move at 3.92 Hz where 4 was stated: "));
+    assert_non_null(strstr(run.note[run.notes - 1], "off by +4.1 %"));
+    r->tests = 1;
+    assert_int_equal(analysis_verdicts(&a).run.notes, run.notes - 1);
+    r->tests = 0;
+    analysis_free(&a);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(sums_of_what_a_log_says_end_at_the_largest_number),
         cmocka_unit_test(missing_cycles_are_counted),
         cmocka_unit_test(tests_with_different_gains_are_not_one_result),
+        cmocka_unit_test(another_frequency_than_stated_is_noted),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,12 +1,14 @@
 #include "analysis.h"
 
 #include <inttypes.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "gains.h"
 #include "identification_table.h"
 #include "leg_order.h"
+#include "numeric.h"
 #include "params.h"
 #include "supervisor.h"
 #include "units.h"
@@ -264,6 +266,25 @@ static void note_replaced(const struct identification *id, struct verdict *v) {
             tests, axes);
 }
 
+/* Notes that the legs move at a frequency other than the stated one: then one of the two is wrong,
+ * the statement or the recording's clock, and forces alone do not tell which. */
+static void note_frequency(const struct recording *r, struct verdict *v) {
+    const struct recording_test *first = NULL;
+    int tests = 0;
+    for (int i = r->tests - 1; i >= 0; i--) {
+        const struct recording_test *t = &r->test[i];
+        if (!(t->segment_s > 0.0) && fabs(t->frequency_hz - t->stated_hz) > 0.0) first = t, tests++;
+    }
+    if (!first) return;
+    char others[32] = "";
+    if (tests > 1) snprintf(others, sizeof others, " and %d more", tests - 1);
+    verdict_note(v,
+                 "in test %s%s the legs move at %.6g Hz where %.6g was stated: to methods A and B they seem to wander; if the stated "
+                 "frequency is right, the recording's clock is not, and masses and inertias are off by %+.2g %%",
+                 dof_names[first->dof], others, first->frequency_hz, first->stated_hz,
+                 100.0 * (square(first->stated_hz / first->frequency_hz) - 1.0));
+}
+
 struct verdicts analysis_verdicts(struct analysis *a) {
     const struct identification *id = &a->ident.result;
     const struct run_facts facts = {.sinusoids = analysis_sinusoids(a), .cycles = a->cycles, .overruns = a->overruns};
@@ -285,6 +306,7 @@ struct verdicts analysis_verdicts(struct analysis *a) {
     verdict_of_run(&v, a->params, id, &facts);
     note_symmetries(a, &v.run);
     note_replaced(id, &v.run);
+    note_frequency(&a->measured.recording, &v.run);
     if (a->admission.excluded) verdict_note(&v.run, "%d record(s) excluded: %.200s", a->admission.excluded, a->admission.exclusion.text);
     if (v.method_c.status == VERDICT_FAIL) verdict_note(&v.run, "`hexid gap` on this log tries which sensor or effect explains it");
     return v;
