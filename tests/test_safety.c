@@ -379,7 +379,7 @@ static void engaging_again_after_a_fault_is_bumpless(void **unused) {
 enum { SAMPLES = 1000 };
 
 /* Evaluates a leg's sinusoid; from sample `from` on, `what` happens to leg 3. */
-enum happening { NOTHING, FROZEN, JUMP, DRIFT, WEAKER, MISSING };
+enum happening { NOTHING, FROZEN, JUMP, DRIFT, WEAKER, MISSING, LOST, JUMP_LOST, GAPS };
 static struct testimony testify_of(const bool moves[LEGS], double frequency_hz, double period_s, enum happening what, int from) {
     static struct witness w;
     struct hal_sample s = {0};
@@ -397,6 +397,9 @@ static struct testimony testify_of(const bool moves[LEGS], double frequency_hz, 
         if (now && what == JUMP) force_n[2] += 300;
         if (what == DRIFT) force_n[2] += 100 * t;
         if (now && what == WEAKER) force_n[2] = 500 - 50 * wave;
+        if (now && what == JUMP_LOST) force_n[2] += 300;
+        if ((what == LOST || what == JUMP_LOST) && n % 50 == 7) continue;
+        if (what == GAPS && n % 100 < 20) continue;
         witness_add(&w, t, &s, force_n, !(what == MISSING && n % 7 == 3));
     }
     return witness_says(&w);
@@ -454,6 +457,37 @@ static void samples_left_out_do_not_blind_the_witnesses(void **unused) {
     assert_below(t.length_m, 4e-5);
 }
 
+/* Rows that a recorder loses, and a recorder slower than the controller, leave blocks whole. */
+static void lost_rows_and_a_slow_recorder_do_not_blind_the_witnesses(void **unused) {
+    (void)unused;
+    struct testimony t = testify(4.0, 0.002, LOST, 0);
+    assert_true(t.compared);
+    assert_below(t.force_n, 6.0);
+    assert_below(t.length_m, 4e-5);
+    t = testify(4.0, 0.002, JUMP_LOST, 400);
+    assert_true(t.force_leg == 2 && t.force_n > 100);
+    static struct witness w;
+    struct hal_sample s = {0};
+    double force_n[LEGS] = {0};
+    static const bool moves[LEGS] = {true, true, true, true, true, true};
+    witness_reset(&w, 4.0, 0.002, moves);
+    for (int n = 0; n < 500; n++) {
+        for (int i = 0; i < LEGS; i++) s.length_m[i] = 1.8 + 1e-3 * sin(2 * PI * 4.0 * n * 0.004), force_n[i] = n < 250 ? 500 : 700;
+        witness_add(&w, n * 0.004, &s, force_n, true);
+    }
+    t = witness_says(&w);
+    assert_true(t.compared);
+    assert_close(t.force_n, 200, 1.0);
+    assert_below(t.length_m, 4e-5);
+}
+
+/* Nothing that was compared is not the same as nothing that changed. */
+static void a_witness_that_saw_no_two_whole_periods_says_so(void **unused) {
+    (void)unused;
+    assert_false(testify(4.0, 0.002, GAPS, 0).compared);
+    assert_true(testify(4.0, 0.002, NOTHING, 0).compared);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_stop_in_any_state_leads_to_rest),
@@ -475,6 +509,8 @@ int main(void) {
         cmocka_unit_test(a_steady_motion_wanders_not_at_all_at_any_rate),
         cmocka_unit_test(each_witness_sees_its_fault_and_names_its_leg),
         cmocka_unit_test(samples_left_out_do_not_blind_the_witnesses),
+        cmocka_unit_test(lost_rows_and_a_slow_recorder_do_not_blind_the_witnesses),
+        cmocka_unit_test(a_witness_that_saw_no_two_whole_periods_says_so),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

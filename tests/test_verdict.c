@@ -32,7 +32,9 @@ static struct run *good_run(void) {
                                              .frequency_hz = r->params.tests.hz[d],
                                              .amplitude = size,
                                              .achieved_amplitude = size,
-                                             .samples = SAMPLES};
+                                             .samples = SAMPLES,
+                                             .step_s = r->params.loop.period_s,
+                                             .witness.compared = true};
         r->id.method_a.mt[d][d] = d < DOF_PHI ? 272 : 30;
     }
     return r;
@@ -393,8 +395,18 @@ static void a_machine_that_changes_on_the_way_is_noted_and_a_matrix_that_does_fa
     assert_one_reason(r, VERDICT_FAIL, "Mt11 of group 2 of 4 is +6.0 standard deviations");
 }
 
+static void a_test_whose_periods_were_not_compared_does_not_pass(void **unused) {
+    (void)unused;
+    struct run *r = good_run();
+    r->id.test[DOF_Z].witness.compared = false;
+    const struct verdict v = judge(r);
+    assert_int_equal(v.status, VERDICT_NOT_EVALUATED);
+    assert_non_null(strstr(v.reason[0], "test z: its periods cannot be compared"));
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_test_whose_periods_were_not_compared_does_not_pass),
         cmocka_unit_test(a_good_run_passes_without_a_reason),
         cmocka_unit_test(amplitude_is_limited_on_both_sides),
         cmocka_unit_test(unwanted_motion_is_limited_in_every_axis_of_every_test),

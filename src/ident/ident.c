@@ -154,7 +154,7 @@ static void close_test(struct ident *id) {
     bool solved = harmonics_solve(&id->fit, &fit);
     /* n samples cover n loop periods, though the first and the last are n - 1 loop periods
      * apart. */
-    double span_s = (id->last_s - id->first_s) * (double)id->seen / (double)(id->seen - 1);
+    double step_s = (id->last_s - id->first_s) / (double)(id->seen - 1), span_s = step_s * (double)id->seen;
     enum refusal why = !(span_s >= complete_share * p->duration_s) ? REFUSED_INCOMPLETE : solved ? REFUSED_NOT : REFUSED_UNDETERMINED;
     *t = (struct test_result){.test = id->running,
                               .dof = id->dof,
@@ -163,6 +163,7 @@ static void close_test(struct ident *id) {
                               .amplitude = p->amplitude[id->dof],
                               .samples = id->fit.samples,
                               .excluded = id->excluded,
+                              .step_s = step_s,
                               .witness = witness_says(&id->witness),
                               .refused = why};
     for (int i = 0; i < DOFS; i++) {

@@ -34,6 +34,7 @@ struct test_result {
      * tested axis. */
     double unwanted_pct[DOFS];
     int64_t samples, excluded;   /* numbers of samples used, and of samples excluded (refusal.h) */
+    double step_s;               /* mean time from one sample to the next */
     double pose[DOFS][2];        /* coefficients [sin, cos] of each axis' fundamental: A_d */
     double wrench[DOFS][2];      /* coefficients [sin, cos] of the wrench's fundamental: H_d */
     double pose_rms[DOFS], wrench_rms[DOFS]; /* rms residuals of the fit */

@@ -55,8 +55,7 @@ void verdict_join(struct verdict *v, const struct verdict *other) {
 }
 
 /* The conditions are written as !(value <= limit), so that NaN fails a check. */
-static void check_readings(struct verdict *v, const struct params *params, const struct test_result *t) {
-    const struct check_params *limit = &params->checks;
+static void check_readings(struct verdict *v, const struct check_params *limit, const struct test_result *t) {
     const struct testimony *w = &t->witness;
     const char *name = dof_names[t->dof];
     double excluded_pct = 100.0 * (double)t->excluded / (double)(t->samples + t->excluded);
@@ -66,9 +65,14 @@ static void check_readings(struct verdict *v, const struct params *params, const
     }
     if (!(excluded_pct <= limit->excluded_pct))
         verdict_add(v, VERDICT_FAIL, "test %s: %.2f %% of the samples excluded, limit %g %%", name, excluded_pct, limit->excluded_pct);
-    if (!((double)w->still_samples * params->loop.period_s * t->frequency_hz <= 1.0))
+    if (!((double)w->still_samples * t->step_s * t->frequency_hz <= 1.0))
         verdict_add(v, VERDICT_FAIL, "test %s: a reading of leg %d stood still for %lld samples: dead sensor or stuck leg", name,
                     w->still_leg + 1, (long long)w->still_samples);
+    if (!w->compared)
+        verdict_add(
+            v, VERDICT_NOT_EVALUATED,
+            "test %s: its periods cannot be compared with each other: less than two stretches of a hundred samples are without a gap",
+            name);
     if (!(w->length_m <= limit->length_wander_m))
         verdict_add(v, VERDICT_FAIL, "test %s: motion of leg %d wandered by %.3f mm between periods, limit %g mm", name, w->length_leg + 1,
                     w->length_m * 1e3, limit->length_wander_m * 1e3);
@@ -133,7 +137,7 @@ static void check_matrix(struct verdict *v, const struct check_params *limit, co
 struct verdict verdict_of_data(const struct params *params, const struct identification *id, const struct run_facts *facts) {
     struct verdict v = {.status = VERDICT_PASS, .scope = of_data};
     const struct check_params *limit = &params->checks;
-    for (int i = 0; i < id->tests; i++) check_readings(&v, params, &id->test[i]);
+    for (int i = 0; i < id->tests; i++) check_readings(&v, limit, &id->test[i]);
     check_load(&v, limit, id);
     if (facts->sinusoids && id->tests < params->tests.count)
         verdict_add(&v, VERDICT_NOT_EVALUATED, "%d of %d tests done", id->tests, params->tests.count);
@@ -164,10 +168,10 @@ struct verdict verdict_of_matrix(const struct params *params, const struct ident
 }
 
 /* True if a complete test has as many cycles as method C needs. */
-static bool any_long_enough(const struct params *params, const struct identification *id) {
+static bool any_long_enough(const struct identification *id) {
     for (int i = 0; i < id->tests; i++) {
         const struct test_result *t = &id->test[i];
-        double cycles = (double)(t->samples + t->excluded) * params->loop.period_s * t->frequency_hz;
+        double cycles = (double)(t->samples + t->excluded) * t->step_s * t->frequency_hz;
         if (!t->refused && cycles > RECORDING_CYCLES - 0.1) return true;
     }
     return false;
@@ -221,7 +225,7 @@ static void check_against_c(struct verdict *v, const struct check_params *limit,
 
 void verdict_of_run(struct verdicts *v, const struct params *params, const struct identification *id, const struct run_facts *facts) {
     const struct method_result *c = &id->method_c.matrix;
-    bool by_c = c->evaluated, refused = !by_c && id->no_method_c.status, due = any_long_enough(params, id) || !facts->sinusoids;
+    bool by_c = c->evaluated, refused = !by_c && id->no_method_c.status, due = any_long_enough(id) || !facts->sinusoids;
     v->run.scope = by_c ? of_run_c : id->refuted ? of_refuted : facts->sinusoids ? of_run_a : of_motion;
     if (by_c && v->method_c.status == VERDICT_PASS) {
         check_against_c(&v->method_a, &params->checks, &id->method_a, c);

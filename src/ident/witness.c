@@ -6,6 +6,9 @@
 #include "units.h"
 
 enum { BLOCK_SAMPLES = 100 };
+/* A block with a longer gap is not whole: a share of the motion's period, over which a line between
+ * two samples is off by 1 %, or configured samples. */
+static const double GAP_PERIODS = 1.0 / 16.0, GAP_SAMPLES = 2.5;
 enum { MEAN, SINE };
 
 static void wander_reset(struct wander *w) {
@@ -15,29 +18,73 @@ static void wander_reset(struct wander *w) {
 
 void witness_reset(struct witness *w, double frequency_hz, double period_s, const bool moves[LEGS]) {
     double periods = fmax(1.0, ceil(BLOCK_SAMPLES * period_s * frequency_hz));
-    *w = (struct witness){.omega = 2.0 * PI * frequency_hz, .block_s = periods / frequency_hz};
-    w->block_full = w->block_s / period_s;
+    *w = (struct witness){.omega = 2.0 * PI * frequency_hz, .block_s = periods / frequency_hz, .whole = true};
+    w->gap_s = fmax(GAP_PERIODS / frequency_hz, GAP_SAMPLES * period_s);
     memcpy(w->moves, moves, sizeof w->moves);
     for (int i = 0; i < LEGS; i++) wander_reset(&w->length[i]), wander_reset(&w->force[i]);
 }
 
-static void wander_close(struct wander *w, int64_t samples, bool whole) {
+static void base_at(const struct witness *w, double since_s, double base[WITNESS_TERMS]) {
+    base[0] = 1.0, base[1] = sin(w->omega * since_s), base[2] = cos(w->omega * since_s);
+}
+
+/* Integrates over step_s, in which a signal goes from its last value to `value`; base: functions at
+ * the step's beginning and end. */
+static void wander_add(struct wander *w, double step_s, double base[2][WITNESS_TERMS], double value) {
+    for (int k = 0; k < WITNESS_TERMS; k++) w->sum[k] += 0.5 * step_s * (base[0][k] * w->value + base[1][k] * value);
+    w->value = value;
+}
+
+static void wander_close(struct wander *w, double block_s, bool whole) {
     for (int k = 0; k < WITNESS_TERMS; k++) {
-        double term = (k ? 2.0 : 1.0) * w->sum[k] / (double)samples;
+        double term = (k ? 2.0 : 1.0) * w->sum[k] / block_s;
         if (whole) w->low[k] = fmin(w->low[k], term), w->high[k] = fmax(w->high[k], term);
         w->sum[k] = 0.0;
     }
 }
 
+static void add_all(struct witness *w, double to_s, const double length_m[LEGS], const double force_n[LEGS]) {
+    double base[2][WITNESS_TERMS], step_s = to_s - w->last_s;
+    base_at(w, w->last_s, base[0]), base_at(w, to_s, base[1]);
+    for (int i = 0; i < LEGS; i++) wander_add(&w->length[i], step_s, base, length_m[i]), wander_add(&w->force[i], step_s, base, force_n[i]);
+    w->last_s = to_s;
+}
+
+/* Ends the block under way and begins the next one. A block that is not whole does not count,
+ * because its mean would contain part of the motion. */
 static void close_block(struct witness *w) {
-    /* A block that is not whole does not count, because its mean would contain part of the
-     * motion. */
-    bool whole = (double)w->block_samples > w->block_full - 1.0;
-    for (int i = 0; i < LEGS; i++) {
-        wander_close(&w->length[i], w->block_samples, whole);
-        wander_close(&w->force[i], w->block_samples, whole);
+    for (int i = 0; i < LEGS; i++) wander_close(&w->length[i], w->block_s, w->whole), wander_close(&w->force[i], w->block_s, w->whole);
+    w->blocks += w->whole;
+    w->block++, w->whole = true;
+}
+
+/* Drops the block under way, in which a gap begins, and the one in which it ends. */
+static void leave_out(struct witness *w, double since_s, const double length_m[LEGS], const double force_n[LEGS]) {
+    w->whole = false;
+    close_block(w);
+    w->whole = false, w->block = floor(since_s / w->block_s), w->last_s = since_s;
+    for (int i = 0; i < LEGS; i++) w->length[i].value = length_m[i], w->force[i].value = force_n[i];
+}
+
+/* Goes on to the next sample. The end of a block lies between two samples, where the signals are
+ * interpolated. */
+static void go_on(struct witness *w, double since_s, const double length_m[LEGS], const double force_n[LEGS]) {
+    double end_s = (w->block + 1.0) * w->block_s, step_s = since_s - w->last_s;
+    if (!(step_s >= 0.0 && step_s <= w->gap_s)) {
+        leave_out(w, since_s, length_m, force_n);
+        return;
     }
-    w->block_samples = 0;
+    if (since_s >= end_s && step_s > 0.0) {
+        double length_at_m[LEGS], force_at_n[LEGS], share = (end_s - w->last_s) / step_s;
+        for (int i = 0; i < LEGS; i++) {
+            length_at_m[i] = w->length[i].value + share * (length_m[i] - w->length[i].value);
+            force_at_n[i] = w->force[i].value + share * (force_n[i] - w->force[i].value);
+        }
+        add_all(w, end_s, length_at_m, force_at_n);
+        close_block(w);
+    }
+    add_all(w, since_s, length_m, force_n);
+    w->step_s = step_s;
 }
 
 static void look(struct witness *w, int leg, int which, double reading) {
@@ -55,29 +102,17 @@ static void read_leg(struct witness *w, int leg, const struct hal_sample *sample
     w->total_n[leg] += force_n;
 }
 
-static void wander_add(struct wander *w, bool first, const double base[WITNESS_TERMS], double value) {
-    if (first) w->first = value;
-    for (int k = 0; k < WITNESS_TERMS; k++) w->sum[k] += base[k] * (value - w->first);
-}
-
 void witness_add(struct witness *w, double since_s, const struct hal_sample *sample, const double force_n[LEGS], bool good) {
-    const double base[WITNESS_TERMS] = {1.0, sin(w->omega * since_s), cos(w->omega * since_s)};
-    double block = floor(since_s / w->block_s + 1e-6); /* the small term allows for the rounded
-                                                        * times of some logs */
-    if (!isfinite(block)) return;
-    if (block != w->block) close_block(w);
-    w->block = block;
-    w->block_samples++;
-    /* a bad sample before the first good one counts as equal to it; the difference from the
-     * first value, which is summed, is then zero */
-    if (!good && w->samples == 0) return;
+    double length_m[LEGS], leg_n[LEGS];
+    if (!isfinite(since_s / w->block_s)) return;
+    if (!good && w->samples == 0) return; /* nothing that could count in its place */
     w->samples += good;
+    if (w->samples == 1 && good) memcpy(w->first_m, sample->length_m, sizeof w->first_m), memcpy(w->first_n, force_n, sizeof w->first_n);
     for (int i = 0; i < LEGS; i++) {
         if (good) read_leg(w, i, sample, force_n[i]);
-        bool first = good && w->samples == 1;
-        wander_add(&w->length[i], first, base, w->last[i][0]);
-        wander_add(&w->force[i], first, base, w->last_n[i]);
+        length_m[i] = w->last[i][0] - w->first_m[i], leg_n[i] = w->last_n[i] - w->first_n[i];
     }
+    go_on(w, since_s, length_m, leg_n);
 }
 
 /* Finds the leg with the largest change between blocks in any of its terms from number `term`
@@ -91,9 +126,13 @@ static void worst(const struct wander w[LEGS], int term, double *largest, int *l
 struct testimony witness_says(const struct witness *w) {
     struct witness ended = *w;
     struct testimony t = {0};
-    close_block(&ended);
-    worst(ended.length, SINE, &t.length_m, &t.length_leg);
-    worst(ended.force, MEAN, &t.force_n, &t.force_leg);
+    double length_m[LEGS], force_n[LEGS], end_s = (w->block + 1.0) * w->block_s;
+    for (int i = 0; i < LEGS; i++) length_m[i] = w->length[i].value, force_n[i] = w->force[i].value;
+    /* the last sample holds for one step */
+    ended.whole = w->whole && end_s - w->last_s <= 1.5 * w->step_s;
+    if (ended.whole) add_all(&ended, end_s, length_m, force_n), close_block(&ended);
+    t.compared = ended.blocks >= 2;
+    if (t.compared) worst(ended.length, SINE, &t.length_m, &t.length_leg), worst(ended.force, MEAN, &t.force_n, &t.force_leg);
     for (int i = 0; i < LEGS; i++) {
         t.mean_n[i] = w->total_n[i] / (double)w->samples;
         if (w->longest[i] > t.still_samples) t.still_samples = w->longest[i], t.still_leg = i;

@@ -11,7 +11,9 @@
  *     moves the platform away, and the weight shifts between the legs.)
  *
  * Periods are joined into blocks of at least 100 samples, so that the sensors' noise averages out
- * at low sampling rates, too. Pure, no heap. */
+ * at low sampling rates, too. Signals are integrated over time, so that lost rows and a recorder of
+ * another rate than the controller change nothing; a longer gap leaves its blocks out. Pure, no
+ * heap. */
 #ifndef HEXID_WITNESS_H
 #define HEXID_WITNESS_H
 
@@ -20,26 +22,28 @@
 /* Readings of a leg: length, P1, P2. Terms of a block: mean, sine and cosine. */
 enum { WITNESS_READINGS = 3, WITNESS_TERMS = 3 };
 
-/* Change of one signal, a length or a force, from block to block. */
+/* Change of one signal, a length or a force less its first value, from block to block. */
 struct wander {
-    double first;                /* first value, subtracted from all: a block is no whole number of
-                                  * samples, so a constant would leave a remainder in the sine and
-                                  * cosine terms */
-    /* sum: of the current block. low, high: extremes over whole blocks. */
+    double value;                /* last value */
+    /* sum: integrals over the current block. low, high: extremes over whole blocks. */
     double sum[WITNESS_TERMS], low[WITNESS_TERMS], high[WITNESS_TERMS];
 };
 
 struct witness {
-    /* block_full: samples in a whole block, not necessarily an integer */
-    double omega, block_s, block_full;
+    double omega, block_s;
+    double gap_s;                /* longest gap between two samples of a whole block */
     bool moves[LEGS];
     double last[LEGS][WITNESS_READINGS], last_n[LEGS]; /* last good readings and force of each
                                                         * leg */
+    double first_m[LEGS], first_n[LEGS]; /* first good lengths and forces */
     int64_t same[LEGS][WITNESS_READINGS], longest[LEGS];
-    int64_t samples, block_samples;
+    int64_t samples;
+    double last_s, step_s;       /* time of the last sample, and its distance from the one before */
     /* Number of the block under way. It is a double, because times from a log may exceed any
      * integer type. */
     double block;
+    bool whole;                  /* the block under way has no gap so far */
+    int64_t blocks;              /* number of whole blocks that have ended */
     struct wander length[LEGS], force[LEGS];
     double total_n[LEGS];
 };
@@ -48,16 +52,17 @@ struct testimony {
     int still_leg, length_leg, force_leg; /* legs with the largest still_samples, length_m and
                                            * force_n, 0..5 */
     int64_t still_samples;       /* largest number of successive samples with the same reading */
-    /* Largest change of a length's fundamental between two whole blocks, m; 0 with fewer blocks. */
-    double length_m;
+    bool compared;               /* there are two whole blocks; if not, length_m and force_n are 0 */
+    double length_m;             /* largest change of a length's fundamental between two whole
+                                  * blocks, m */
     double force_n;              /* largest change of a force's mean or fundamental between two
                                   * whole blocks, N */
     double mean_n[LEGS];         /* mean force of each leg over the whole test; NaN without a
                                   * sample */
 };
 
-/* Starts a test. moves: legs whose length must change in every period; lengths of other legs may
- * stand still. */
+/* Starts a test. period_s: the controller's cycle. moves: legs whose length must change in every
+ * period; lengths of other legs may stand still. */
 void witness_reset(struct witness *w, double frequency_hz, double period_s, const bool moves[LEGS]);
 
 /* Adds one evaluated sample, since_s after the first one. In place of a bad sample (not `good`) the
