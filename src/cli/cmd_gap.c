@@ -7,6 +7,7 @@
 #include "gap.h"
 #include "gap_files.h"
 #include "gap_logs.h"
+#include "log_set.h"
 #include "gap_text.h"
 #include "outputs.h"
 
@@ -42,6 +43,14 @@ static int load(const struct options *o, int logs, const char *const *path, int 
     return status;
 }
 
+/* Refuses a log for --validate that is one of the measured ones, which were fitted. */
+static int other_log(const struct options *o, struct error *error) {
+    const char *all[LOGS_MAX + 1];
+    memcpy(all, o->measured, sizeof o->measured);
+    all[o->measured_count] = o->validate;
+    return log_set_new(o->measured_count, all, error);
+}
+
 static int run(int argc, char **argv, struct params *params, struct gap_logs *measured, struct gap_logs *validate,
                struct gap_result *result, struct waves *closed_loop, struct error *error) {
     struct options o;
@@ -53,6 +62,7 @@ static int run(int argc, char **argv, struct params *params, struct gap_logs *me
     gap_logs_init(validate, params);
     const struct recording *recording = &measured->measured.recording, *other = &validate->measured.recording;
     if (!status) status = outputs_open(&o, NULL, OUTPUTS_MODEL, NULL, NULL, error);
+    if (!status && o.validate) status = other_log(&o, error);
     if (!status) status = load(&o, o.measured_count, o.measured, o.run, measured, error);
     if (!status && o.validate) status = load(&o, 1, &o.validate, 0, validate, error);
     if (!status) status = gap_files_check(&o, &json, error);

@@ -1,5 +1,8 @@
+#include <errno.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "cli.h"
 #include "help.h"
@@ -23,7 +26,19 @@ static int run(const struct subcommand *s, int argc, char **argv) {
     return s->run(argc, argv);
 }
 
-int main(int argc, char **argv) {
+/* Returns the status, or that of a failed output if standard output did not take all of the text,
+ * as on a full disk. A pipe or socket whose reader has gone wants no more, which is no failure. */
+static int flushed(int status) {
+    struct stat to;
+    errno = 0;
+    bool written = !fflush(stdout) && !ferror(stdout);
+    if (written || fstat(STDOUT_FILENO, &to) || S_ISFIFO(to.st_mode) || S_ISSOCK(to.st_mode)) return status;
+    cli_say(stderr, "hexid: standard output did not take all of the text%s%s; free the disk, or name another place", errno ? ": " : "",
+            errno ? strerror(errno) : "");
+    return status == EXIT_PASSED ? -STATUS_IO : status;
+}
+
+static int start(int argc, char **argv) {
     struct error error;
     if (process_start(&error)) return cli_fail(&error);
     if (argc < 2) {
@@ -46,3 +61,5 @@ int main(int argc, char **argv) {
     help_print(s);
     return EXIT_PASSED;
 }
+
+int main(int argc, char **argv) { return flushed(start(argc, argv)); }

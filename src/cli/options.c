@@ -275,8 +275,16 @@ static int unknown_option(const char *command, const char *name, const char *all
                      command);
 }
 
+/* Returns the long name of an option, without dashes. */
+static const char *name_of(const struct option *options, int option) {
+    const struct option *o = options;
+    while (o->name && o->val != option) o++;
+    return o->name ? o->name : "";
+}
+
 int options_parse(struct options *o, int argc, char **argv, const char *allowed, int operands, struct error *error) {
     struct option own[LONG_OPTIONS];
+    const char *given[128] = {NULL}; /* value of each option so far, by its letter */
     *o = (struct options){.hal = "sim:", .seed = 1, .latency_s = -1.0};
     leave_out(strchr(allowed, 'J') ? 'j' : 'J', own);
     opterr = 0;
@@ -291,6 +299,12 @@ int options_parse(struct options *o, int argc, char **argv, const char *allowed,
         const char *name = argv[optind - 1];
         if (option == ':') return error_set(error, STATUS_USAGE, "%s needs a value; see `hexid %s --help`", name, argv[0]);
         if (option == '?' || !strchr(allowed, option)) return unknown_option(argv[0], index >= 0 ? own[index].name : name, allowed, error);
+        bool twice = optarg && given[option] && !strchr("SM", option);
+        /* SAFETY: an option that is given twice does not keep a stop from being sent */
+        if (twice && strcmp(argv[0], "command") != 0)
+            return error_set(error, STATUS_USAGE, "--%s: given twice, as %.80s and as %.80s; leave one out", name_of(own, option),
+                             given[option], optarg);
+        given[option] = optarg;
         int status = take(o, option, optarg, error);
         if (status) return status;
     }

@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -240,6 +241,15 @@ static bool whole(int memory) {
            state.st_size == (off_t)(TAG_AT + sizeof tag + tag[1]);
 }
 
+/* True if the file in memory is as large as a file of this process may be. It is then cut, and its
+ * tag says what is left. */
+static bool at_limit(int memory) {
+    struct rlimit limit;
+    struct stat state;
+    return !getrlimit(RLIMIT_FSIZE, &limit) && !fstat(memory, &state) && limit.rlim_cur != RLIM_INFINITY &&
+           state.st_size >= (off_t)limit.rlim_cur;
+}
+
 /* Writes the file through memory, because libmatio ignores the results of its writes: it is made in
  * memory, checked for completeness, and copied to disk by calls that are checked. */
 static void write_through_memory(struct mat_export *e, matvar_t *all) {
@@ -248,9 +258,10 @@ static void write_through_memory(struct mat_export *e, matvar_t *all) {
     int memory = memfd_create("mat", MFD_CLOEXEC);
     snprintf(path, sizeof path, "/proc/self/fd/%d", memory);
     mat_t *mat = memory < 0 ? NULL : e->library.create(path, "MATLAB 5.0 MAT-file, written by hexid", MAT_FT_MAT5);
-    if (!mat || e->library.write(mat, all, MAT_COMPRESSION_ZLIB)) fail(e, ENOMEM);
-    if (mat && e->library.close(mat)) fail(e, ENOMEM);
-    if (!e->failure && !whole(memory)) fail(e, ENOMEM);
+    bool wrong = !mat || e->library.write(mat, all, MAT_COMPRESSION_ZLIB);
+    if (mat && e->library.close(mat)) wrong = true;
+    if (memory >= 0 && at_limit(memory)) fail(e, EFBIG);
+    if (wrong || !whole(memory)) fail(e, ENOMEM);
     while (!e->failure && (got = read(memory, piece, sizeof piece)) > 0)
         if (fwrite(piece, 1, (size_t)got, e->file) != (size_t)got) fail(e, errno);
     if (got < 0) fail(e, errno);

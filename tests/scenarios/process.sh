@@ -191,3 +191,34 @@ no_threads() {
     return 1
 }
 claim "too few threads: the run says which one, and names the limit" no_threads
+
+full_output() {
+    local words
+    for words in --help --version effects "command --help"; do
+        "$hexid" $words >/dev/full 2>"$work/err"
+        [ $? = 3 ] && grep -q 'standard output did not take all of the text: No space left' "$work/err" ||
+            { cat "$work/err"; echo "$words"; return 1; }
+    done
+    "$hexid" effects | head -n 1 >"$work/out"
+    [ "${PIPESTATUS[0]}" = 0 ] || [ "${PIPESTATUS[0]}" = 141 ]
+}
+claim "text that a full disk does not take ends with status 3; a reader that has read enough is no failure" full_output
+
+cut_mat() {
+    local kb
+    for kb in 20 100; do
+        (ulimit -f $kb && ends 3 "$hexid" export "$work/good.lcm" --format mat -o "$work/cut.mat") 2>"$work/err"
+        grep -q 'cut.mat: cannot be written: File too large' "$work/err" && [ ! -e "$work/cut.mat" ] || { cat "$work/err"; echo "$kb kB"; return 1; }
+    done
+}
+claim "a .mat that would be longer than a file may be is not written" cut_mat
+
+twice() {
+    ends 2 "$hexid" identify "$work/good.lcm" --json "$work/1.json" --json "$work/2.json" 2>"$work/err" &&
+        grep -q -e "--json: given twice, as $work/1.json and as $work/2.json" "$work/err" && [ ! -e "$work/2.json" ] &&
+        ends 2 "$hexid" gap "$work/good.lcm" --validate "$work/good.lcm" -c config/tian2015.yaml -o "$work/gap" 2>"$work/err" &&
+        grep -q 'good.lcm: given twice; name each log once' "$work/err" && return
+    cat "$work/err"
+    return 1
+}
+claim "an option with two values is refused, and so is a log that is to validate what was fitted to it" twice
