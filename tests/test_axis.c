@@ -324,6 +324,25 @@ static void a_force_sensor_that_says_too_much_is_in_the_set_that_is_named(void *
     }
 }
 
+/* A radius taken for a diameter, or newtons for pounds, is one factor on all forces, friction and
+ * inertia alike. */
+static void a_force_in_another_unit_is_named_as_its_factor(void **unused) {
+    (void)unused;
+    slow_case();
+    static const double factor[] = {2.0, 4.448};
+    static struct gap_result g;
+    int scale = effect_find("force_sensor_scale");
+    for (int i = 0; i < 2; i++) {
+        struct rig rig = {RIG, .electric = true, .hides = "force_sensor_scale", .force_more = factor[i] - 1.0};
+        solve(&rig, 1, &g);
+        describe(&rig, 1, &g);
+        bool first = g.effects >= 1 && g.effect[0].effect == scale;
+        assert_true(first);
+        /* tolerance: mass and friction of the base are known to 1 and 5 % */
+        assert_close(g.effect[0].values.value[0][0] / factor[i], 1.0, 0.06);
+    }
+}
+
 /* Friction of seals varies along the stroke, which no law describes. If it varies by a fifth, dry
  * friction is still named; by three fifths, it is named together with a remainder. */
 static void friction_that_differs_along_the_stroke_is_friction(void **unused) {
@@ -733,6 +752,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test(a_record_without_its_reversals_is_refused),
         cmocka_unit_test(a_lagging_force_sensor_is_named_where_it_lags_by_much),
         cmocka_unit_test(a_force_sensor_that_says_too_much_is_in_the_set_that_is_named),
+        cmocka_unit_test(a_force_in_another_unit_is_named_as_its_factor),
         cmocka_unit_test(friction_that_differs_along_the_stroke_is_friction),
         cmocka_unit_test(a_spring_of_either_sign_is_found_beside_friction),
         cmocka_unit_test(a_weight_on_a_lever_is_found_beside_friction),

@@ -299,9 +299,10 @@ int options_parse(struct options *o, int argc, char **argv, const char *allowed,
         const char *name = argv[optind - 1];
         if (option == ':') return error_set(error, STATUS_USAGE, "%s needs a value; see `hexid %s --help`", name, argv[0]);
         if (option == '?' || !strchr(allowed, option)) return unknown_option(argv[0], index >= 0 ? own[index].name : name, allowed, error);
-        bool twice = optarg && given[option] && !strchr("SM", option);
-        /* SAFETY: an option that is given twice does not keep a stop from being sent */
-        if (twice && strcmp(argv[0], "command") != 0)
+        /* Of two files or weights the first would be lost without a word. A later setting, such as
+         * --hal, takes the place of an earlier one. SAFETY: a stop is sent whatever is twice. */
+        bool twice = strchr("cljovaOzw", option) && given[option] && strcmp(argv[0], "command") != 0;
+        if (twice)
             return error_set(error, STATUS_USAGE, "--%s: given twice, as %.80s and as %.80s; leave one out", name_of(own, option),
                              given[option], optarg);
         given[option] = optarg;
