@@ -69,7 +69,7 @@ static const char more_style[] = /* a string of its own, because C limits the le
     ".group{border-left:1px solid var(--line);padding-left:12px}\n"
     "th.group:not(.n){text-align:center}\n"
     ".off small{font-weight:400}\n"
-    /* In a table, a key is broken across lines only if it does not fit on one. */
+    /* In a table, a key is broken across lines only if it does not fit on one line. */
     "td code{overflow-wrap:break-word}.facts code{overflow-wrap:anywhere}\n"
     ".facts th,.values td:first-child{white-space:nowrap}\n"
     ".facts td{min-width:170px}\n"
@@ -123,7 +123,8 @@ int page_make(page_writer *write, const void *subject, char **text, struct error
     write(&p, subject);
     if (p.picture.status) html_print(p.out, "<p class=\"notice\">%s</p>\n", p.picture.text);
     fputs("</body>\n</html>\n", p.out);
-    if (ferror(p.out) | fclose(p.out)) {
+    int cut = ferror(p.out);
+    if (fclose(p.out) || cut) {
         free(*text);
         *text = NULL;
         return error_set(error, STATUS_IO, "the page: out of memory");
