@@ -66,7 +66,7 @@ static int port_of(int fd) {
     return atoi(port);
 }
 
-/* Opens a listening socket at an address. Returns it, or -1 with errno. */
+/* Opens a listening socket at an address. Returns the socket, or -1 with errno. */
 static int listen_at(const struct addrinfo *at) {
     int yes = 1, room = SEND_BUFFER, fd = socket(at->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (fd < 0) return -1;

@@ -32,10 +32,10 @@ int live_listen(const struct live_address *address, struct live_listener *listen
 
 /* Returns true if the request's Host header names this server. SAFETY: a foreign page whose name is
  * made to resolve to this host (DNS rebinding) could read the machine's state through its user's
- * browser, but its requests carry that name. So only known names pass: localhost, this host's own
- * name (own_name), and the name under which the page is served (served). Any literal address
- * passes, because it cannot be rebound; any port passes, because tunnels have ports of their
- * own. */
+ * browser, but the requests of such a page carry its name. So only known names pass: localhost,
+ * this host's own name (own_name), and the name under which the page is served (served). Any
+ * literal address passes, because an address cannot be rebound; any port passes, because tunnels
+ * have ports of their own. */
 bool live_host_allowed(const char *host, const char *served, const char *own_name);
 
 #endif

@@ -51,8 +51,8 @@ static void say(struct json_text *to, const char *name, const struct json_text *
     say_end(to);
 }
 
-/* Adds the entries of the ring after number `*told`, at most AT_ONCE, to `to` as an array; `*told`
- * becomes the number of the last one added. */
+/* Adds the entries of the ring after number `*told`, at most AT_ONCE, to `to` as an array, and sets
+ * `*told` to the number of the last entry added. */
 static void say_ring(struct json_text *to, const char *name, const struct json_text *ring, uint64_t size, uint64_t count, uint64_t *told) {
     uint64_t most = count - *told < AT_ONCE ? count : *told + AT_ONCE;
     if (*told == count) return;
@@ -137,7 +137,8 @@ static const char *const headers[][2] = {
     {"Cache-Control", "no-store"},
 };
 
-/* Sends a response and frees it. If it is NULL, because memory ran out, the connection ends. */
+/* Sends a response and frees it. If the response is NULL, because memory ran out, the connection
+ * ends. */
 static enum MHD_Result send_response(struct live_server *s, struct MHD_Connection *to, unsigned status, struct MHD_Response *r,
                                      const char *type) {
     if (!r) return MHD_NO;

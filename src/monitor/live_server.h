@@ -15,9 +15,9 @@ enum { LIVE_CLIENTS = 16 };
 
 struct live_server;
 
-/* Starts the server, which owns the listener's descriptor from then on; a failure closes it.
- * `served` is the host name under which the page is served; `served` and `state` must outlive the
- * server. Returns -3 on failure. */
+/* Starts the server, which owns the listener's descriptor from then on; if the start fails, the
+ * descriptor is closed. `served` is the host name under which the page is served; `served` and
+ * `state` must outlive the server. Returns 0, or -3 on failure. */
 int live_server_start(struct live_server **server, const struct live_listener *listener, const char *served, const struct live_state *state,
                       struct error *error);
 void live_server_stop(struct live_server *server);

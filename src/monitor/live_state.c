@@ -12,8 +12,8 @@
 
 enum { DIGITS = 6, REORDERED_MS = 100, REORDERED_CYCLES = 100, EVENT_TEXT = 600 };
 
-/* least time between kept cycles, a little below 20 ms: about 50 cycles a second are kept at most,
- * whatever the rate of the messages */
+/* least time between kept cycles, a little below 20 ms, so that at most about 50 cycles a second
+ * are kept, whatever the rate of the messages */
 static const uint64_t APART_NS = 19 * NS_PER_S / 1000;
 
 const char *const live_place_names[LIVE_PLACES] = {
@@ -291,7 +291,8 @@ void live_state_take(struct live_state *s, const struct bus_message *b, int64_t 
 }
 
 /* Returns the largest difference between the lengths implied by the pose and the measured ones, m.
- * Returns 0 for a cycle with flags or faults, whose pose may not match its lengths. */
+ * Returns 0 for a single axis, before the first cycle, and for a cycle with flags or faults, whose
+ * pose may not match its lengths. */
 static double misfit(const struct live_state *s) {
     double length_m[LEGS], most = 0.0;
     if (!s->heard || !params_mechanism(s->params)->pose || s->newest.in.flags || s->newest.faults) return 0.0;

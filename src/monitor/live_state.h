@@ -33,14 +33,15 @@ struct live_state {
     bool heard;                          /* `newest` is valid */
     int64_t heard_ms, kept_ns; /* heard_ms: time at which `newest` arrived; kept_ns: time stamp of
                                 * the newest entry of `cycle` */
-    int64_t run;                         /* number of the current run, counted from 1: starts of
-                                          * hexid that were noticed */
+    int64_t run;                         /* number of the current run, counted from 1 with each
+                                          * start of hexid that was noticed */
     int64_t step;                    /* smallest number of cycles from one HEXID_STATE message to
                                       * the next in this run, which is taken for lcm.state_every; 0:
                                       * not known yet */
-    int64_t messages, lost, dropped;     /* numbers of HEXID_STATE messages received and missing in
-                                          * this run, and of datagrams in all runs that were no
-                                          * valid message */
+    int64_t messages, lost, dropped;     /* messages, lost: numbers of HEXID_STATE messages received
+                                          * and missing in this run. dropped: number of messages in
+                                          * all runs that were invalid, too large, or for no place
+                                          * of the page */
 
     struct json_text cycle[LIVE_CYCLES]; /* ring buffer: entry number n, counted from 1, is cycle[n
                                           * % LIVE_CYCLES] */
@@ -63,7 +64,7 @@ void live_state_take(struct live_state *s, const struct bus_message *message, in
 /* Writes {"run", "messages", "lost", "dropped", "silence_s", "misfit_m"}. silence_s is the time
  * since the newest cycle arrived; null before the first cycle. misfit_m is the largest difference
  * between the measured lengths and those that the pose implies under this configuration; a large
- * value means that the configuration is another machine's. It is 0 for a single cylinder, before
+ * value means that the configuration is another machine's. misfit_m is 0 for a single axis, before
  * the first cycle, and for a cycle with flags or faults. */
 void live_state_health(const struct live_state *s, int64_t now_ms, struct json_text *json);
 

@@ -6,8 +6,8 @@
 #include "html.h"
 #include "page.h"
 
-/* Formats of a sentence. to_do is for a sentence that asks for action: this page gives it the
- * colour of a warning, the terminal a '!'. */
+/* Formats of a sentence. to_do is for a sentence that asks for action: here such a sentence has the
+ * colour of a warning, on the terminal a "!". */
 static const char fact[] = "<p>%s: %s</p>\n", to_do[] = "<p class=\"notice\">%s: %s</p>\n";
 
 static void words(FILE *out, const char *style, const char *label, const char *text) {

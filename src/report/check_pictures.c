@@ -40,8 +40,8 @@ static void write_row(FILE *script, double t_s, const struct ends *ends, int cou
     fputc('\n', script);
 }
 
-/* Writes the data of a kind in columns: time, then each channel. There is one row for each sample.
- * If there are more than 2 * POINTS samples, the time is divided into POINTS parts with two rows
+/* Writes the data of a kind in columns: time, then each channel. With at most 2 * POINTS samples
+ * there is one row for each sample. With more, the time is divided into POINTS parts with two rows
  * each, minimum and maximum, and a part without samples leaves a gap. */
 static void write_data(FILE *script, const struct survey *s, enum survey_kind kind) {
     const struct recording_test *t = &s->test;

@@ -30,8 +30,8 @@ struct check_report {
      * several logs "b.lcm: y; ...". */
     char left_out[CHECK_LIST_SIZE];
     /* Results of asking whether `hexid gap` and `hexid identify` would take the data. Status 0: the
-     * command would take them; the text is "" or, from identify, "verdict fail: reason". Otherwise
-     * the text says why the command would refuse the data. */
+     * command would take the data; the text is "" or, from identify, "verdict fail: reason".
+     * Otherwise the text says why the command would refuse the data. */
     struct error gap, identify;
 };
 
@@ -67,12 +67,12 @@ void check_ramp(const struct survey *s, char text[CHECK_RAMP_SIZE]);
 void check_text_print(FILE *out, const struct check_report *report);
 
 /* Returns the report as JSON, schema hexid.check/1, in which unknown values are null. The caller
- * frees the text. NULL without memory. */
+ * frees the text. Returns NULL without memory. */
 char *check_json(const struct check_report *report);
 
 /* Writes the report as one page without scripts or other files; the caller frees *page. Returns -3
  * without memory (*page is NULL), or if pictures could not be drawn (*page is complete except for
- * them). */
+ * the pictures). */
 int check_html(const struct check_report *report, char **page, struct error *error);
 
 #endif

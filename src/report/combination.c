@@ -32,7 +32,7 @@ static void judge_agreement(const struct agreement *a, struct verdict *v) {
     verdict_add(v, VERDICT_FAIL, "the logs disagree: chi-square %.1f of %d degrees of freedom, by noise alone with probability %.1g",
                 a->chi_square, a->degrees, a->probability);
     for (int i = 0; i < NAMED && agreement_worst(a, used, &place); i++) {
-        /* If only the overall test finds disagreement, the worst value is named all the same. */
+        /* The worst value is named even if only the overall test finds disagreement. */
         if (i && !a->apart[place.log][place.value]) return;
         equations_name(place.value, name);
         verdict_add(v, VERDICT_FAIL, "%s of log %d is %+.1f standard deviations from the others", name, place.log + 1,

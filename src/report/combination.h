@@ -32,14 +32,14 @@ struct combination {
  * value in common, or c->method_c is not evaluated. */
 struct verdict combination_verdict(const struct combination *c);
 
-/* Prints a table with one column for each log, one for all logs together and one for the half width
- * of its 95 % interval, with a star at values that differ significantly from the other logs; then
- * agreement and verdict. */
+/* Prints a table with one column for each log, one for the result of all logs together, and one for
+ * the half width of the 95 % interval of that result, with a star at values that differ
+ * significantly from the other logs; then agreement and verdict. */
 void combination_table_print(FILE *out, const struct combination *c);
 
 /* Returns the result as JSON, schema hexid.identifications/1: "logs", each a hexid.identification/1
- * with its path as "log"; "combined"; "agreement"; "verdict". The caller frees the text. NULL
- * without memory. */
+ * with its path as "log"; "combined"; "agreement"; "verdict". The caller frees the text. Returns
+ * NULL without memory. */
 char *combination_json(const struct combination *c);
 
 #endif

@@ -9,8 +9,9 @@ static json_t *log_json(const struct combination_log *log) {
     return report_set(report_identification(log->id, log->verdicts, &log->loop), "log", json_string(path));
 }
 
-/* Returns for each value, by name, a list over the logs: its deviation from the value of the other
- * logs, in standard deviations; null if it is not compared. */
+/* Returns a list for each value, by name, with one entry for each log: the deviation of the log's
+ * value from that of the other logs, in standard deviations; null if the log's value is not
+ * compared. */
 static json_t *deviations(const struct agreement *a) {
     json_t *object = json_object();
     for (int i = 0; i < AGREEMENT_VALUES; i++) {

@@ -19,8 +19,8 @@ struct format {
     size_t length;
     bool argument, unknown;  /* unknown: a number that is not finite; its text is a "-" in the
                               * width of the conversion */
-    char own[FORMAT_OWN];    /* text of a formatted argument, cut to this size; that of a plain %s
-                              * is not copied */
+    char own[FORMAT_OWN];    /* text of a formatted argument, cut to this size; the text of a plain
+                              * %s is not copied to here */
 };
 
 /* Takes the next segment. Returns false at the end. Before the first call, set `rest`, `end` and

@@ -49,7 +49,7 @@ static json_t *statements(const struct gap_result *r) {
     return array;
 }
 
-/* Returns for each channel the rms difference above the noise floor on held-out data: the root of
+/* Returns for each channel the rms difference beyond the noise floor on held-out data: the root of
  * the squared difference less the squared noise floor. */
 static json_t *remaining(const struct gap_result *r) {
     json_t *object = json_object();
@@ -95,8 +95,8 @@ static json_t *rejected(const struct gap_result *r) {
     return array;
 }
 
-/* Returns the base's values: one object for each, or a list of six for values of the legs, with
- * null for legs without one. */
+/* Returns the base's values: for a value of the machine one object, for a value of the legs a list
+ * of six objects, with null for legs without one. */
 static json_t *base(const struct gap_result *r) {
     json_t *object = json_object();
     for (int i = 0; i < r->base_values; i++) {
@@ -120,8 +120,8 @@ static json_t *base(const struct gap_result *r) {
 
 static json_t *matrix(const double m[DOFS][DOFS], bool there) { return there ? report_matrix(m[0]) : json_null(); }
 
-/* Returns the matrices of the measurement, of the models before and after, and of the measurement
- * less the effect of the friction found. */
+/* Returns four inertia matrices: measured, of the models before and after, and measured less the
+ * effect of the friction found. */
 static json_t *matrices(const struct gap_result *r) {
     return json_pack("{so so so so}", "measured", matrix(r->measured_mt, r->matrices), "before", matrix(r->before_mt, r->matrices), "after",
                      matrix(r->after_mt, r->matrices), "repaired", matrix(r->repaired_mt, r->repaired));

@@ -5,7 +5,7 @@
 
 #include "gap_result.h"
 
-/* Returns the result as text, which the caller frees; NULL without memory. model: path of the
+/* Returns the result as text, which the caller frees, or NULL without memory. model: path of the
  * configuration with the effects found. */
 char *gap_json(const struct gap_result *r, const char *model);
 

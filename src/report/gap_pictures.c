@@ -28,8 +28,9 @@ static double value_at(const double row[SPECTRUM_SIZE], const struct wave_test *
     return value[0];
 }
 
-/* Returns the rate of change. A steady test contributes only the harmonics that the equations use:
- * after differentiation, higher ones are mostly noise. A segment contributes all. */
+/* Returns the rate of change of a curve. A steady test contributes only the harmonics that the
+ * equations use: after differentiation, higher ones are mostly noise. A segment contributes all
+ * harmonics. */
 static double rate_at(const double row[SPECTRUM_SIZE], const struct wave_test *t, double t_s) {
     double value[3];
     spectrum_value(row, t->segment_s > 0.0 ? SPECTRUM_HARMONICS : RESIDUAL_HARMONICS, t->omega, t_s, value);
@@ -44,8 +45,8 @@ static double middle(const struct wave_test *t, const double row[SPECTRUM_SIZE])
 }
 
 /* Writes columns: time in ms, measured, before, after, measured less before, measured less after.
- * Returns the largest difference in its display unit, at least the noise of a sample; 1 if both are
- * 0. */
+ * Returns the largest difference, but at least the noise of a sample, in the display unit of
+ * differences; 1 if both are 0. */
 static double wave_data(FILE *script, const struct picture *p) {
     const struct wave *w = &p->test->wave[p->channel][p->leg];
     const struct picture_unit *u = &picture_units[p->channel];

@@ -23,8 +23,8 @@ struct picture {
  * a sample as a band. */
 void picture_wave(FILE *script, const void *picture);
 
-/* Plot over the measured velocity: picture_force_loop() plots the forces, picture_rest_loop() the
- * measured force less the force of each model. picture->test comes from waves_motion(), and
+/* These two plot over the measured velocity: picture_force_loop() the forces, picture_rest_loop()
+ * the measured force less the force of each model. picture->test comes from waves_motion(), and
  * `channel` is ignored. */
 void picture_force_loop(FILE *script, const void *picture);
 void picture_rest_loop(FILE *script, const void *picture);

@@ -181,8 +181,8 @@ void section_waveforms(struct page *p, const struct gap_report *report) {
     free(list);
 }
 
-/* Returns the place of the largest gap in a force or, if no force has one, of the largest gap; NULL
- * if there is none. */
+/* Returns the place of the largest gap in a force. If no force has a gap, returns the place of the
+ * largest gap; NULL if there is none. */
 static const struct gap_place *loop_place(const struct gap_result *r) {
     for (int i = 0; i < r->places; i++)
         if (r->where[i].channel == GAP_FORCE) return &r->where[i];
@@ -236,8 +236,8 @@ static void colour(double share, int rgb[3]) {
     for (int i = 0; i < 3; i++) rgb[i] = (int)(stops[from][i] + (place - from) * (stops[from + 1][i] - stops[from][i]));
 }
 
-/* Returns the relative luminance of WCAG 2, without its linear part for the darkest tones. Below
- * 0.179, white text has more contrast than black. */
+/* Returns the relative luminance of WCAG 2, without WCAG's linear formula for the darkest tones.
+ * Below 0.179, white text has more contrast than black. */
 static double luminance(const int rgb[3]) {
     static const double weight[3] = {0.2126, 0.7152, 0.0722};
     double sum = 0.0;

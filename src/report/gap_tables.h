@@ -1,5 +1,5 @@
-/* Tables of a gap report. That of parameters (table_parameters()) stands on its first screen, the
- * others below. */
+/* Tables of a gap report. The table of parameters (table_parameters()) stands on the report's first
+ * screen, the other tables below it. */
 #ifndef HEXID_GAP_TABLES_H
 #define HEXID_GAP_TABLES_H
 

@@ -61,8 +61,8 @@ static void print_findings(FILE *out, const struct gap_result *r) {
     if (r->next_experiment[0]) words_print(out, "  next experiment:", r->next_experiment);
 }
 
-/* Lists the statements beyond those that the verdict makes. The values of each are those in the
- * likeliest set of effects that contains its effect. */
+/* Lists the statements beyond those that the verdict makes. Each has the values of the likeliest
+ * set of effects that contains its effect. */
 static void print_statements(FILE *out, const struct gap_result *r) {
     int first = r->effects < r->statements ? r->effects : r->statements;
     if (r->statements == first) return;

@@ -9,7 +9,7 @@
 /* Writes markup given as a printf format. The arguments may come from outside (file names,
  * messages): they are escaped, so that they are safe between tags and inside a double-quoted
  * attribute; control characters other than the newline become spaces. A number that is not finite
- * is a dash. */
+ * is written as a dash. */
 __attribute__((format(printf, 2, 3))) void html_print(FILE *out, const char *format, ...);
 
 /* Tables. The cells of a format are separated by '|', and are markup with escaped arguments. A cell
@@ -35,9 +35,9 @@ void html_commands(FILE *out, const char *text);
 void html_svg(FILE *out, const char *svg, size_t size, const char *alt);
 
 /* Writes a value and, after a plus-minus sign, `half` to two significant digits. half: half the
- * width of the value's interval; 0 or not finite: the value stands alone, to four significant
- * digits. Values outside 0.01 .. 1e5 are written with a power of ten, values that are not finite as
- * "not known". unit: "-" for none. */
+ * width of the value's interval; if it is 0 or not finite, the value stands alone, to four
+ * significant digits. Values outside 0.01 .. 1e5 are written with a power of ten, values that are
+ * not finite as "not known". unit: "-" for none. */
 void html_quantity(FILE *out, double value, double half, const char *unit);
 
 #endif

@@ -9,7 +9,8 @@
 
 int test_result_encode(const struct test_result *t, int64_t time_ns, unsigned char *buffer, int capacity);
 
-/* Values that were not evaluated are NaN. */
+/* Encodes the matrices of methods A, modified A and B, and the verdict; values that were not
+ * evaluated are NaN. */
 int identification_encode(const struct identification *id, const struct verdict *verdict, int64_t time_ns, unsigned char *buffer,
                           int capacity);
 

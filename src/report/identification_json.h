@@ -19,7 +19,7 @@ struct loop_statistics {
     double longest_stall_s;
 };
 
-/* Returns the result as text, which the caller frees; NULL without memory. */
+/* Returns the result as text, which the caller frees, or NULL without memory. */
 char *identification_json(const struct identification *id, const struct verdicts *verdicts, const struct loop_statistics *loop);
 
 #endif

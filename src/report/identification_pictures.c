@@ -142,8 +142,8 @@ void picture_test(FILE *script, const void *subject) {
     struct error error;
     int axis = t->dof != DOF_NONE, panels = axis ? 2 : 3;
     plot_begin(script, 540, axis ? 380 : 520);
-    /* gnuplot draws nothing if the script has only the lines of plot_begin(), and the page then
-     * says so */
+    /* gnuplot draws nothing from the lines of plot_begin() alone, which counts as a failed picture
+     * (page_figure()) */
     if (kinematics_init(&k, p->log->params, &error)) return;
     test_data(script, p, &k);
     plot_panels(script, 0.13, p->from_s, p->from_s + p->seconds);

@@ -50,7 +50,7 @@ struct identification_report {
 
 /* Writes the report as one page without scripts or other files; the caller frees *page. Returns -3
  * without memory (*page is NULL), or if pictures could not be drawn (*page is complete except for
- * them). */
+ * the pictures). */
 int identification_html(const struct identification_report *report, char **page, struct error *error);
 
 #endif

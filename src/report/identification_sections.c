@@ -239,8 +239,8 @@ static void exclusions(FILE *out, const struct identification_log *l) {
     fputs("</ul>\n", out);
 }
 
-/* Finds the largest asymmetry of method A's matrix, computed as the verdict does, and its row and
- * column, from 1. */
+/* Finds the largest asymmetry of method A's matrix, in % of sqrt(Mii Mjj) as the verdict computes
+ * it, and its row and column, from 1. */
 static double asymmetry_pct(const struct method_result *a, int *row, int *column) {
     double most = -1.0;
     for (int i = 0; i < DOFS; i++)

@@ -31,7 +31,7 @@ static void print_error_note(FILE *out) {
 
 static void row(FILE *out, const char *what, int count, const double *value, const double *std, int stride, const char *unit) {
     fprintf(out, "%-24s", what);
-    double most = NAN; /* largest deviation of the determined values */
+    double most = NAN; /* largest standard deviation of the determined values */
     for (int k = 0; k < count; k++) {
         words_row(out, " %7.1f", value[k * stride]);
         most = fmax(most, std[k * stride]);
@@ -137,9 +137,9 @@ void identification_at_pose_print(FILE *out, const struct matrix_at_pose *at) {
     if (at->determined) print_matrix(out, at->mt);
 }
 
-/* Marks the axes that must move more before an entry is determined: of the axes of its row and its
- * column, those whose own inertia (diagonal entry) is not determined; both axes if both inertias
- * are determined. */
+/* Marks the axes that must move more to determine an entry: the axes of its row and its column
+ * whose own inertia (diagonal entry) is not determined, or both axes if both inertias are
+ * determined. */
 static void note_missing(const struct method_c *c, int row, int column, bool missing[DOFS]) {
     bool still[2] = {isnan(c->matrix.mt[row][row]), isnan(c->matrix.mt[column][column])}, none = !still[0] && !still[1];
     missing[row] = missing[row] || still[0] || none;

@@ -6,15 +6,14 @@
 
 #include "ident.h"
 
-/* Return the number of decimals to print, for a matrix according to its smallest diagonal entry, or
- * for one value: three, or for a magnitude below one as many as show four significant figures, at
- * most six. */
+/* Return the number of decimals to print: three, or, for a magnitude below one, as many as show
+ * four significant figures, at most six. For a matrix the smallest diagonal entry decides. */
 int identification_decimals(const double mt[DOFS][DOFS]);
 int identification_decimals_of(double value);
 
-/* Prints method C, then methods A and B; if method C was not evaluated, the reason for that comes
- * last. Methods A and B are one line if they were not evaluated, and are left out if the motion
- * does not suit them (not `sinusoids`). */
+/* Prints method C, then methods A and B; if method C was not evaluated, the reason for that is
+ * printed last. Methods A and B are one line if they were not evaluated, and are left out if the
+ * motion does not suit them (not `sinusoids`). */
 void identification_table_print(FILE *out, const struct identification *id, bool sinusoids);
 
 /* Prints the main results in about five lines: method C's diagonal with errors and intervals, the

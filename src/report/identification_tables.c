@@ -158,8 +158,8 @@ static struct quantity payload_configured(const struct identification_log *log, 
     return (struct quantity){value[row], 0.0};
 }
 
-/* Returns the value that is 100 % for a difference of a payload's value. For a product of inertia
- * it is the geometric mean of its two moments; for the mass centre there is none (0). */
+/* Returns the value that counts as 100 % of a payload parameter's difference. For a product of
+ * inertia it is the geometric mean of the two moments; for the mass centre there is none (0). */
 static double payload_whole(const struct identification_log *log, int row) {
     const struct payload_params *p = &log->params->payload;
     const double moment[3] = {p->inertia_xx_kg_m2, p->inertia_yy_kg_m2, p->inertia_zz_kg_m2};

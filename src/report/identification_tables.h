@@ -4,7 +4,7 @@
 
 #include "identification_report.h"
 
-/* Writes ident_entries: nominal values, and those of methods A and C. */
+/* Writes the entries of ident_entries: nominal values, and those of methods A and C. */
 void table_entries(FILE *out, const struct identification_report *report);
 
 /* Writes the payload's ten parameters. Returns false, with nothing written, if no log has them. */
@@ -15,7 +15,8 @@ bool table_payload(FILE *out, const struct identification_report *report);
 bool table_friction(FILE *out, const struct identification_report *report);
 bool table_springs(FILE *out, const struct identification_report *report);
 
-/* Writes all 36 entries, nominal and by each evaluated method with their 95 % intervals. */
+/* Writes all 36 entries of the matrix, nominal and by each evaluated method with their 95 %
+ * intervals. */
 void table_matrices(FILE *out, const struct identification *id);
 
 #endif

@@ -14,8 +14,8 @@ struct page {
 };
 
 /* Makes a page about a subject by calling `write`, which begins with page_begin(). The caller frees
- * *text. Returns -3 with the reason: no memory (*text is NULL), or pictures are missing (*text is
- * complete except for them, and names the reason). */
+ * *text. Returns 0, or -3 with the reason: no memory (*text is NULL), or pictures are missing
+ * (*text is complete except for the pictures, and names the reason). */
 typedef void page_writer(struct page *p, const void *subject);
 int page_make(page_writer *write, const void *subject, char **text, struct error *error);
 
@@ -28,8 +28,8 @@ void page_begin(struct page *p, const char *command, const char *about);
 void page_style(FILE *out);
 
 /* Writes the picture of a subject with its caption; `write` makes the picture's gnuplot script
- * (plot.h). If it cannot be drawn, the page says so, and no later picture is tried. An empty script
- * is no error; the page then says that this picture is not drawn. */
+ * (plot.h). If the picture cannot be drawn, the page says so, and no later picture is tried. An
+ * empty script is no error; the page then says that this picture is not drawn. */
 typedef void page_script(FILE *script, const void *subject);
 __attribute__((format(printf, 4, 5))) void page_figure(struct page *p, page_script *write, const void *subject, const char *caption, ...);
 

@@ -61,8 +61,8 @@ static void files_close(const struct child_files *f) {
     if (f->err >= 0) close(f->err);
 }
 
-/* Runs gnuplot. Returns its exit status, 128 plus the number of the signal that ended it, or -1
- * with errno if it could not be started. */
+/* Runs gnuplot. Returns gnuplot's exit status, 128 plus the number of the signal that ended it, or
+ * -1 with errno if gnuplot could not be started. */
 static int run(const struct child_files *f) {
     char *argv[] = {"gnuplot", "-d", NULL}; /* -d: ignores the user's own settings */
     posix_spawn_file_actions_t actions;
@@ -100,7 +100,7 @@ static void complain(int status, int file, struct error *error) {
     free(said);
 }
 
-/* Removes empty groups, which gnuplot leaves at every change of style: they are a quarter of a
+/* Removes empty groups, which gnuplot leaves at every change of style; they make up a quarter of a
  * picture's size. */
 static void drop_empty_groups(char *svg, size_t *size) {
     char *to = svg;

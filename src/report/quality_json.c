@@ -26,7 +26,7 @@ static json_t *tone_json(const struct quality *q, int dof, int i) {
                      report_number(t->peak));
 }
 
-/* Members of an axis that are one number each, in the order of struct quality_axis. */
+/* Members of struct quality_axis that are one number each, in the order of the struct. */
 static const struct {
     const char *key;
     size_t at;

@@ -18,7 +18,7 @@ struct quality_report {
 
 void quality_text(const struct quality_report *r, FILE *out);
 
-/* The caller frees the text; NULL without memory. */
+/* Returns the result as JSON text, which the caller frees, or NULL without memory. */
 char *quality_json(const struct quality_report *r);
 
 /* Reads a file of quality_json(). Returns -2 if the file has other contents, -3 if it cannot be

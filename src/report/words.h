@@ -8,12 +8,12 @@ enum { WORDS_COLUMNS = 80 };
 
 extern const char *const words_axes[6]; /* x y z φ θ ψ */
 
-/* Prints a label and a text, broken between words at WORDS_COLUMNS, with further lines indented.
- * Text in backquotes is not broken. */
+/* Prints a label and a text, broken between words at WORDS_COLUMNS; lines after the first are
+ * indented. Text in backquotes is not broken. */
 void words_print(FILE *out, const char *label, const char *text);
 
-/* Prints like fprintf(), but a number that is not finite as a "-" in its columns. Conversions as in
- * format.h. */
+/* Prints like fprintf(), but a "-" in the columns of a number that is not finite. format.h lists
+ * the conversions. */
 __attribute__((format(printf, 2, 3))) void words_row(FILE *out, const char *format, ...);
 
 #endif

@@ -73,7 +73,7 @@ static int check_segments(const struct motion_cut *cut, struct error *error) {
 }
 
 /* Checks one test of the raw recording by itself. k: NULL for a single axis. A record that has no
- * segments is left out if others of the run can be evaluated. */
+ * segments is left out, and not refused, if the run has other records. */
 static int check_test(const struct recording *raw, const struct measured_recording *m, int test, const struct kinematics *k,
                       struct admission *a, struct error *error) {
     const struct recording_test *t = &raw->test[test];
@@ -108,8 +108,7 @@ static int check_enough(const struct recording *r, struct error *error) {
     return steady || pieces >= SEGMENTS_NEEDED ? STATUS_OK : too_short(span_s, segment_s, pieces, error);
 }
 
-/* Refuses a recording whose lengths, forces and reference are not those of the configured
- * machine. */
+/* Refuses a recording whose lengths, forces or reference contradict the configured machine. */
 static int check_contradictions(const struct recording *r, const struct kinematics *k, struct admission *a, struct error *error) {
     struct residual_data data;
     int status = residual_prepare(&data, r, CYCLES_ALL, error);

@@ -47,8 +47,8 @@ static int check_channel(const struct recording_test *t, const double *first, co
     return STATUS_OK;
 }
 
-/* Refuses a command that is constant or beyond 1. Commands are shares of the full opening, so a
- * command that stays at 1 is not clipped. */
+/* Refuses a command that is constant or beyond 1. A command of 1 is the full opening, and no sign
+ * of a clipped channel. */
 static int check_command(const struct recording_test *t, int leg, struct error *error) {
     double most = 0.0;
     for (int i = t->first; i < t->end; i++)

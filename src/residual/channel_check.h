@@ -5,8 +5,8 @@
 
 #include "recording.h"
 
-/* Checks lengths, and pressures or forces, and valve commands, as far as the recording has them. 0,
- * or -2 with the leg and the reason. */
+/* Checks the lengths, the pressures or forces, and the valve commands if the recording has them.
+ * Returns 0, or -2 with the leg and the reason. */
 int channel_check(const struct recording *r, const struct recording_test *t, struct error *error);
 
 #endif

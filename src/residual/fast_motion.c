@@ -10,7 +10,7 @@ static const double OF_PERIOD = 1.0 / 12.0, /* half-width of a node's window, as
     SAMPLES = 3.0,                          /* least half-width of a node's window, in samples */
     NODES_APART = 0.25,                     /* distance of neighbouring nodes, as a share of the
                                              * window's half-width */
-    SPREAD_LEAST = 0.06; /* no node is fitted unless the variance of the samples' times, in squares
+    SPREAD_LEAST = 0.06; /* a node is fitted only if the variance of its samples' times, in squares
                           * of the half-width, exceeds this. The variance is 0.13 with samples on
                           * both sides, and 0.04 at a record's end, where a node would be off by
                           * microns; 5 um are 26 kPa in a shut chamber. */
@@ -25,8 +25,8 @@ static void rest_of(const struct recording_sample *sample, const struct spectrum
     }
 }
 
-/* Fits a straight line, value and slope at t_s, under a Hann window of half-width reach_s. False:
- * too few good samples, or all on one side. */
+/* Fits a straight line, value and slope at t_s, under a Hann window of half-width reach_s. Returns
+ * false if there are too few good samples, or if all are on one side of t_s. */
 static bool fit_line(const struct recording_sample *sample, int samples, const double (*rest)[LEGS], double t_s, double reach_s,
                      struct rods_motion *node) {
     double w0 = 0.0, w1 = 0.0, w2 = 0.0, y0[LEGS] = {0}, y1[LEGS] = {0};

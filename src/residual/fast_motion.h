@@ -19,8 +19,9 @@ struct fast_motion {
                                   * or from a cubic across a gap */
 };
 
-/* Fits the fast motion from from_s to until_s. Cubics bridge gaps between good samples. False: no
- * memory. Call fast_motion_free in any case. */
+/* Fits the fast motion between the test times from_s and until_s. sampling_s: sampling period.
+ * Cubics bridge gaps between good samples. Returns false without memory. Call fast_motion_free() in
+ * any case. */
 bool fast_motion_fit(struct fast_motion *f, const struct recording_test *test, double sampling_s, const struct spectrum *series,
                      double from_s, double until_s);
 void fast_motion_free(struct fast_motion *f);

@@ -6,16 +6,16 @@
 #include "force.h"
 #include "params.h"
 
-static const double SENSOR_SCALE = 0.06; /* a difference of force and weight may come from wrong
-                                          * scales of the sensors if it is less than this share of
-                                          * the sum of the chambers' forces */
+static const double SENSOR_SCALE = 0.06; /* wrong scales of the sensors can explain a difference of
+                                          * force and weight below this share of the sum of the
+                                          * chambers' forces */
 static const double SUPPLY_MOST = 1.04;  /* a chamber may exceed this times the supply pressure in
                                           * at most 2 % of the samples */
 /* The force works against the motion if the mean power is less than a share of rms force times rms
- * speed. The share depends on the mass that fits force and acceleration: -WITHOUT_LOSS if this mass
- * is positive or slightly negative; WITH_LOSS if it is near minus the configured mass, as a wrong
- * sign of the force makes it; -AGAINST_SPRING if it is more negative still, as a spring makes
- * it. */
+ * speed. This share depends on the mass that fits force and acceleration: -WITHOUT_LOSS for a
+ * positive or slightly negative mass; WITH_LOSS for a mass near minus the configured one, which a
+ * wrong sign of the force makes; -AGAINST_SPRING for a still more negative mass, which a spring
+ * makes. */
 static const double WITHOUT_LOSS = 0.2, AGAINST_SPRING = 0.05, WITH_LOSS = 0.05;
 static const double MIRRORED = 2.0; /* a negative fitted mass is near minus the configured mass if
                                      * their magnitudes differ by less than this factor */
@@ -100,9 +100,10 @@ struct drive {
     double most_kg;       /* mass that the rms force could move with the rms acceleration */
 };
 
-/* Adds a test's sums over its phases of F v, F a, a^2, F^2 and v^2, F about its mean, from the
- * fundamental of a cycle or all harmonics of a segment. exchanged: compute them as if p1 and p2
- * were exchanged. */
+/* Adds five sums over a test's instants to `sum`: of F v, F a, a^2, F^2 and v^2, where F is the
+ * force less its mean, v the speed and a the acceleration. They come from the fundamental of a
+ * steady sinusoid, or from all harmonics of a segment. exchanged: compute F as if p1 and p2 were
+ * exchanged. */
 static void add_drive(const struct recording *r, const struct residual_test *t, bool exchanged, double sum[5]) {
     struct cylinder_areas areas = cylinder_areas(&r->params->actuator);
     const struct spectrum *s = &t->spectrum;
@@ -156,8 +157,9 @@ int force_check_axis(const struct recording *r, const struct residual_data *data
     return STATUS_OK;
 }
 
-/* Sums over all tests of the products of one leg's measured and another leg's expected values, and
- * of the squares of both, which show signs and order of the legs. */
+/* Sums over all tests, which show wrong signs and exchanged legs. product: of the values measured
+ * in one leg times those expected in another. does, should: of the squares of the measured and of
+ * the expected values. */
 struct leg_likeness {
     double product[LEGS][LEGS], does[LEGS], should[LEGS];
 };
@@ -178,9 +180,8 @@ static bool exchanged(const struct leg_likeness *l, int a, int b) {
     return margin > 0.2 && likeness(l, a, b) > 0.8;
 }
 
-/* Refuses exchanged legs and wrong signs. most: largest number of legs that are refused for a wrong
- * sign; if more legs move in the wrong direction, they have a common cause, which is no exchanged
- * plug. */
+/* Refuses exchanged legs and wrong signs. most: wrong signs are refused only if at most this many
+ * legs have one. If more legs have one, they have a common cause, which is no exchanged plug. */
 static int check_likeness(const struct leg_likeness *l, int legs, int most, const char *what, const char *as, struct error *error) {
     for (int a = 0; a < legs; a++)
         for (int b = 0; b < a; b++)

@@ -1,6 +1,6 @@
 /* Refuses forces and valve commands that contradict the motion, the supply or the weight: wrong
- * signs, exchanged plugs, other units. All functions check the last run; 0, or -2 with the reason.
- * Pure; any thread. */
+ * signs, exchanged plugs, wrong units. All functions check the last run, and return 0, or -2 with
+ * the reason. Pure; any thread. */
 #ifndef HEXID_FORCE_CHECK_H
 #define HEXID_FORCE_CHECK_H
 

@@ -12,8 +12,9 @@ static const double SPEED_STDS = 3.0; /* a leg may be held if its speed is less 
                                        * its standard deviations */
 static const double OVERSHOOT = 1.18; /* height of a jump of friction in the evaluated harmonics, as
                                        * a multiple of its true height (Gibbs) */
-static const double STILL = 0.03;     /* a rod rests if its speed is less than this share of its rms
-                                       * speed: the Fourier series rings at rest */
+static const double STILL = 0.03;     /* a rod counts as resting while its speed stays below this
+                                       * share of its rms speed, because the Fourier series rings at
+                                       * rest */
 static const double FORGOTTEN = 0.05; /* the seals' deflection before the first instant is ignored
                                        * once at most this share of it is left */
 enum { POSE_ITERATIONS = 12, PASSES = 3 };
@@ -33,7 +34,7 @@ struct elimination {
     int pivot[6];
 };
 
-/* Factors A, or its transpose A'. False: the matrix is singular. */
+/* Factors A, or its transpose A'. Returns false if the matrix is singular. */
 static bool eliminate(double a[6][6], bool transposed, struct elimination *e) {
     double (*m)[6] = e->m;
     for (int i = 0; i < 6; i++)
@@ -70,7 +71,7 @@ static void substitute(const struct elimination *e, double x[6]) {
     }
 }
 
-/* Solves A x = b, or A' x = b, in place. False: A is singular. */
+/* Solves A x = b, or A' x = b, in place. Returns false if A is singular. */
 static bool solve6(double a[6][6], bool transposed, double x[6]) {
     struct elimination e;
     if (!eliminate(a, transposed, &e)) return false;
@@ -131,10 +132,10 @@ static double sliding_share(const struct inverse_dynamics *d, int leg, const str
 
 /* Dry friction of a leg that may be held. A leg that sticks resists any load, so its friction is
  * the balance of forces, up to the limit F. The balance is noisy, and the friction of a held leg
- * may be anywhere within +-F, with variance F^2 / 3. So sliding friction moves towards the balance
- * by the share F^2 / 3 / (F^2 / 3 + noise^2) of their difference. The limit includes the harmonics'
- * Gibbs overshoot; a limit of F would cut the balance's ringing on one side only, and fitted
- * friction would be 1 to 4 % too large. */
+ * may be anywhere within +-F, with variance F^2 / 3. So the result lies between sliding friction
+ * and balance: the share F^2 / 3 / (F^2 / 3 + noise^2) of their difference is added to sliding
+ * friction. The limit includes the harmonics' Gibbs overshoot; a limit of F would cut the balance's
+ * ringing on one side only, and fitted friction would be 1 to 4 % too large. */
 static double held_friction(double balance_n, double noise_n, double extend_n, double retract_n, double sliding_n) {
     double reach_n = 0.5 * (extend_n + retract_n), variance = reach_n * reach_n / 3.0;
     double gain = variance > 0.0 ? variance / (variance + noise_n * noise_n) : 0.0;
@@ -227,8 +228,8 @@ struct seals {
     double at, left;
 };
 
-/* Slides the seals by way_m: updates `now`, and adds the mean deflection over this path, times the
- * share of the time that it takes, to `sum`. */
+/* Slides the seals by way_m: updates `now`, and adds the mean deflection over this path to `sum`,
+ * weighted by `share`, the share of the time that the path takes. */
 static void slide(double way_m, double distance_m, double share, struct seals *now, struct seals *sum) {
     double ratio = fabs(way_m) / distance_m, to = copysign(1.0, way_m), mean = ratio > 0.0 ? -expm1(-ratio) / ratio : 1.0;
     sum->at += share * (to + (now->at - to) * mean), sum->left += share * now->left * mean;
@@ -296,7 +297,7 @@ static double first_deflection(const struct inverse_dynamics *d, int leg, int in
     return first;
 }
 
-/* Finds the first deflection of each leg's seals. False: no pose has these lengths. */
+/* Finds the first deflection of each leg's seals. Returns false if no pose has these lengths. */
 static bool find_first(struct inverse_dynamics *d, int instants, struct seals (*course)[PHASES], const struct inverse_dynamics_input in[],
                        double first[LEGS]) {
     double force_n[LEGS], left_n[LEGS][PHASES];

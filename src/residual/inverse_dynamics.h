@@ -23,8 +23,8 @@ struct inverse_dynamics {
     double window_s;            /* dry friction is averaged over this time about each instant,
                                  * because a reversal may fall between two instants */
     double speed_std_mps[LEGS]; /* standard deviations of the legs' measured speeds */
-    double force_std_n[LEGS];   /* standard deviation by noise of each leg's friction, where it is
-                                 * computed from the balance of forces; 0 after init */
+    double force_std_n[LEGS];   /* noise of each leg's friction, as a standard deviation, if the
+                                 * friction is computed from the balance of forces; 0 after init */
     double resolution_s;        /* a quarter period of the motion's highest harmonic: the harmonics
                                  * do not resolve the motion within this time of a reversal, so a
                                  * leg may be held there. If it is 0, instants near a reversal are
@@ -41,10 +41,10 @@ void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *para
  * of the window in which the value is positive less the share in which it is negative. */
 double inverse_dynamics_direction(double value, double rate, double window_s);
 
-/* Finds pose, twist and acceleration of the platform. leg: length, rate and acceleration of each
- * leg. Leaves pose and twist in d->state. acceleration: acceleration of the origin of {M}, then
- * angular acceleration, both in {B}. Row k of j times a twist is leg k's rate. False: no pose has
- * these lengths, or J is singular there. */
+/* Finds pose, twist and acceleration of the platform, and leaves pose and twist in d->state. leg:
+ * length, rate and acceleration of each leg. acceleration: acceleration of the origin of {M}, then
+ * angular acceleration, both in {B}. Row k of j times a twist is leg k's rate. Returns false if no
+ * pose has these lengths, or J is singular there. */
 bool inverse_dynamics_move(struct inverse_dynamics *d, const double leg[LEGS][3], struct rigid_legs *legs, double j[LEGS][DOFS],
                            double acceleration[DOFS]);
 
@@ -53,12 +53,12 @@ bool inverse_dynamics_move(struct inverse_dynamics *d, const double leg[LEGS][3]
 bool inverse_dynamics_bodies(struct inverse_dynamics *d, const double leg[LEGS][3], struct rigid_legs *legs, double j[LEGS][DOFS],
                              double acceleration[DOFS], double wrench[DOFS]);
 
-/* Converts a wrench F on the platform to forces along the legs, in place: J'^-1 F. False: J is
- * singular. */
+/* Converts a wrench F on the platform to forces along the legs, in place: J'^-1 F. Returns false if
+ * J is singular. */
 bool inverse_dynamics_along_legs(double j[LEGS][DOFS], double wrench[DOFS]);
 
-/* Finds the leg forces that make each unit wrench: force_n[i] makes component i. False: J is
- * singular. */
+/* Finds the leg forces that make each unit wrench: force_n[i] makes the wrench whose component i is
+ * 1. Returns false if J is singular. */
 bool inverse_dynamics_unit_wrenches(double j[LEGS][DOFS], double force_n[DOFS][LEGS]);
 
 /* Measured values at an instant. */
@@ -79,19 +79,19 @@ double inverse_dynamics_friction(const struct inverse_dynamics *d, int leg, cons
 
 /* Variance, N^2, of a leg's friction about its sliding friction, because the leg may be held:
  * sliding and held are equally likely, and the friction of a held leg is anywhere between the
- * limits of its dry friction. 0 if the leg surely slides or has no dry friction. */
+ * limits of its dry friction. The variance is 0 if the leg surely slides or has no dry friction. */
 double inverse_dynamics_held_variance(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in);
 
-/* Finds the hydraulic force that bodies and friction need from each leg. False: no pose has these
- * lengths. */
+/* Finds the hydraulic force that bodies and friction need from each leg. Returns false if no pose
+ * has these lengths. */
 bool inverse_dynamics_step(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]);
 
 /* Finds the deflection that the motion gives each leg's seals (cylinder.h), and stores it in
- * in[].deflection. The instants, at most PHASES, are window_s apart; each gets the mean over
- * window_s about it. cycle: the last instant is followed by the first, so the seals end a cycle as
- * they began it. Otherwise the deflection before the first instant is unknown, and is fitted to the
- * balance of forces; it matters until the leg has slid far enough to forget it. False: no pose has
- * these lengths. */
+ * in[].deflection. The instants, at most PHASES, are window_s apart; each gets the mean deflection
+ * over window_s about it. cycle: the last instant is followed by the first, so the seals end a
+ * cycle as they began it. Without a cycle, the deflection before the first instant is unknown, and
+ * is fitted to the balance of forces; it matters until the leg has slid far enough. Returns false
+ * if no pose has these lengths. */
 bool inverse_dynamics_seals(struct inverse_dynamics *d, int instants, bool cycle, struct inverse_dynamics_input in[]);
 
 /* Computes the inertia of all bodies along the legs in the platform's last pose. inertia[k][l]:

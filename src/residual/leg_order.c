@@ -24,8 +24,8 @@ static const double FLOOR = 0.02;
  * that is off by one such deviation. */
 static const double PRIOR = 0.5, PRIOR_COST = 0.02;
 /* An order refutes the stated one if its unexplained share is less than DECISIVE times the stated
- * order's, which counts as at most 1 (it exceeds 1 for another machine), and if the stated order's
- * share exceeds UNEXPLAINED, more than any sensor's error or friction causes. */
+ * order's share, and if the stated order's share exceeds UNEXPLAINED, more than any sensor's error
+ * or friction causes. A stated share above 1, as with another machine, counts as 1. */
 static const double DECISIVE = 0.25, UNEXPLAINED = 0.05;
 /* An order cannot be distinguished from the best one if the share that it leaves unexplained is at
  * most ALIKE times the best one's, plus SAME. */
@@ -230,7 +230,7 @@ static double target_square(const struct work *w, int leg, const struct leg_plac
 }
 
 /* Share of the varying force that an order leaves unexplained, plus the prior's penalty on the
- * payload that is fitted for this order. */
+ * payload that is fitted for this order. 1 if the fit is singular. */
 static double unexplained(const struct work *w, const struct leg_places *lengths, const struct leg_places *forces) {
     const struct leg_space *s = &w->space;
     double normal[UNKNOWNS * UNKNOWNS] = {0}, with[UNKNOWNS] = {0}, left = 0.0, whole = 0.0;
@@ -331,7 +331,7 @@ struct candidate {
 
 static void rate(const struct work *w, struct candidate *c) { c->share = unexplained(w, &c->of[0], &c->of[1]); }
 
-/* True if a candidate explains so much more than another one that this is no chance. */
+/* True if a candidate explains more than another one by more than chance (ALIKE, SAME). */
 static bool explains_more(const struct candidate *c, const struct candidate *than) { return ALIKE * c->share + SAME < than->share; }
 
 /* Exchanges two legs of the lengths, of the forces or of both, as long as that explains more. */

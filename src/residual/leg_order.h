@@ -27,18 +27,19 @@ enum { LEG_ORDER_TEXT = 320 };
 struct leg_order {
     bool refuted;           /* another order than the stated one explains the forces */
     double stated, best;    /* share of the varying force's square that the stated order, and the
-                             * best one, leave unexplained, 0..1 */
-    char text[LEG_ORDER_TEXT]; /* if refuted: for the lengths, for the forces and for both, one
-                                * order in words, if it explains as much as the best one */
+                             * best one, leave unexplained; above 1 for another machine */
+    char text[LEG_ORDER_TEXT]; /* if refuted: orders in words that explain as much as the best one,
+                                * at most one each for the lengths, the forces and both */
 };
 
-/* Compares the orders for the tests of a recording from `first` on. Returns -3 without memory. */
+/* Compares the orders for the tests of a recording from index `first` on. Returns 0, or -3 without
+ * memory. */
 int leg_order_find(const struct residual_data *data, const struct recording *recording, int first, struct leg_order *order,
                    struct error *error);
 
 /* True if these lengths fit the drawing at neutral only when the platform's joints are numbered in
  * another common order (leg_places.h) than those of the base; `text` receives this order.
- * tolerance_m: largest difference of a leg. */
+ * tolerance_m: largest difference of a leg's length that counts as a fit. */
 bool leg_order_of_drawing(const struct params *params, const double length_m[LEGS], double tolerance_m, char text[LEG_ORDER_TEXT]);
 
 /* Lists the common orders (leg_places.h) that, applied to lengths and forces together or to the

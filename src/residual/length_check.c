@@ -8,7 +8,8 @@
 #include "params.h"
 
 static const double NEUTRAL_TOLERANCE_M = 0.05;
-static const double TURNED_RAD = 0.3;   /* no motion has a mean pose that is turned by so much */
+static const double TURNED_RAD = 0.3;   /* no motion has a mean pose that is turned by more than
+                                         * this */
 
 static void mean_lengths(const struct recording_test *t, double mean_m[LEGS]) {
     double n = 0.0;

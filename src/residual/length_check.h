@@ -5,9 +5,9 @@
 #include "kinematics.h"
 #include "recording.h"
 
-/* k: NULL for a single axis. any: the motion is no steady sinusoid, so it may be far from neutral.
- * 0, or -2 with the leg, the reason and, if it is known, the order in which the joints are
- * listed. */
+/* Checks the lengths of a test. k: NULL for a single axis. any: the motion is no steady sinusoid,
+ * so it may be far from neutral. Returns 0, or -2 with the reason and, if known, the leg and the
+ * order in which the joints are listed. */
 int length_check(const struct params *p, const struct recording_test *t, const struct kinematics *k, bool any, struct error *error);
 
 #endif

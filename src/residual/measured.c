@@ -14,13 +14,13 @@
 #include "sampling.h"
 #include "units.h"
 
-static const double SLOWER = 1.25;        /* a recording is slower than the commands if its
-                                           * sampling period exceeds this times theirs; jitter
-                                           * is less */
+static const double SLOWER = 1.25;        /* a recording is slower than the commands if its sampling
+                                           * period exceeds the command period times this; jitter is
+                                           * less */
 static const double IN_STEP = 1e-3;       /* relative tolerance within which the sampling period
                                            * counts as a whole number of command periods */
 static const double FREQUENCY_SAME = 5e-5;  /* largest relative difference of two frequencies that
-                                             * are the same: two crystals differ by less */
+                                             * count as the same: two crystals differ by less */
 
 /* Finds the command period. hexid's controller commands every cycle, however slow the recording.
  * The command period of another controller is unknown, so it is taken to be the sampling period. */
@@ -67,15 +67,14 @@ static struct rounding rounded(const struct readings *of, const struct spectrum 
                              .middle = middle};
 }
 
-/* Finds the standard deviations by rounding errors that repeat in step with a leg's motion: those
- * of its length, and of the pressures and the force A1 P1 - A2 P2, or of the reading of a force
- * sensor. */
+/* Finds the standard deviations that rounding errors in step with a leg's motion give its length,
+ * and its pressures and their force A1 P1 - A2 P2, or the reading of its force sensor. */
 static void find_in_step(struct measured *m, const struct readings *of, int leg) {
     struct cylinder_areas areas = cylinder_areas(&of->params->actuator);
     double variance[CYCLES_ALL][CHANNELS][SPECTRUM_SIZE] = {{{0}}}, middle[CYCLES_MAX];
     for (const enum channel *c = of->read; c < of->read + of->channels; c++) {
         struct rounding_shares shares = {.tones = 0};
-        int places = 0; /* places that the shares are found for */
+        int places = 0; /* number of places for which `shares` were found */
         /* The mean of all cycles, the most certain one, is first. */
         for (int which = CYCLES_ALL; which >= CYCLES_EVEN; which--) {
             const struct spectrum *s = &m->spectrum[which - 1];
@@ -113,7 +112,8 @@ static int measure_cycles(struct measured *m, const struct recording *r, const s
     return STATUS_OK;
 }
 
-/* Sampling instant nearest to t_s; commands change only at such instants. */
+/* Sampling instant nearest to t_s. A command begins there if the recording is in step with the
+ * commands. */
 static double sampled_s(const struct recording_test *test, double t_s) {
     int i = test->first;
     while (i + 1 < test->end && test->sample[i + 1].test_time_s <= t_s) i++;
@@ -167,8 +167,8 @@ static bool has_lengths(const struct recording_test *t, int legs) {
 }
 
 /* Decides whether a test is a steady sinusoid. If so, it gets the frequency at which the legs move,
- * for which the stated frequency is only a hint; otherwise it is cut into segments, or removed if
- * it has none. */
+ * for which the stated frequency is only a hint. If not, it is cut into segments, or removed from
+ * `r` if that is impossible. A test with too few good samples stays as it is. */
 static int measure_record(struct recording *r, int test, struct measured_record *record, struct error *error) {
     struct recording_test *t = &r->test[test];
     int legs = params_legs(r->params);
@@ -189,7 +189,7 @@ static int measure_record(struct recording *r, int test, struct measured_record 
     return STATUS_OK;
 }
 
-/* Stores the frequencies at which the tests moved in the run's parameters, so that the run can be
+/* Stores the tests' measured frequencies in the parameters of the run, so that the run can be
  * simulated at them. */
 static void run_at(struct recording *r, int first) {
     double *hz = r->run[r->runs - 1].hz;

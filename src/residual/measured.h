@@ -1,5 +1,5 @@
-/* Sampling and spectra of a test or a segment, each measured once. A stage that needs one of them
- * reads it here and measures nothing again. No real time; heap. */
+/* Sampling and spectra of a test or a segment. They are measured once, and all later stages read
+ * them here. No real time; heap. */
 #ifndef HEXID_MEASURED_H
 #define HEXID_MEASURED_H
 
@@ -30,8 +30,8 @@ struct measured {
 
 /* Measurements of a test of the raw recording as a whole. */
 struct measured_record {
-    bool lasts, lengths; /* lasts: the test has an evaluated part. lengths: some sample of it has
-                          * the lengths of all legs */
+    bool lasts, lengths; /* lasts: the test has an evaluated part. lengths: at least one of its
+                          * samples has the lengths of all legs */
     int good;            /* number of its samples that are used */
     bool sinusoid;       /* a steady sinusoid; otherwise it was cut into segments */
     double frequency_hz; /* frequency of a steady sinusoid; 0 for any other motion */
@@ -44,7 +44,8 @@ struct measured_recording {
      * sinusoid is replaced by its segments. The samples belong to the raw recording, which must
      * outlive this one. */
     struct recording recording;
-    struct measured_record record[RECORDING_TESTS]; /* by the number of the raw recording's test */
+    struct measured_record record[RECORDING_TESTS]; /* by the index of the test in the raw
+                                                     * recording */
     int first;           /* index of the last run's first test in `recording` */
     double noise;        /* median share of noise in the rms variation of the last run's tests; set
                           * by measured_noise() */
@@ -60,12 +61,13 @@ void measured_free(struct measured_recording *m);
  * residual_prepare() does. */
 int measured_noise(struct measured_recording *m, struct error *error);
 
-/* Measures the tests and segments of a recording from number `first` on as they stand. Returns -3
- * without memory. */
+/* Measures sampling and spectra of a recording's tests and segments, from index `first` on, and
+ * cuts no test into segments. Returns -3 without memory. */
 int measured_make(struct recording *r, int first, struct error *error);
 
-/* Spectrum of a measured test over these cycles, or the only spectrum of a segment. NULL if fewer
- * than two such cycles are complete, or if too many samples of the segment are missing. */
+/* Returns the spectrum of a measured test over these cycles, or the only spectrum of a segment;
+ * NULL if fewer than two such cycles are complete, or if too many samples of the segment are
+ * missing. */
 const struct spectrum *measured_spectrum(const struct recording_test *test, enum cycles which);
 
 #endif

@@ -18,11 +18,11 @@ static const double STATED = 0.5;         /* least share of a sinusoid in the le
                                            * weak loop or a shut valve distort it */
 static const double CYCLE = 0.5;          /* least amplitude of each cycle, as a share of the
                                            * cycles' mean amplitude */
-static const double FREQUENCY = 0.1;      /* relative tolerance of the stated frequency: above
-                                           * errors of a clock or of typing, below the difference of
-                                           * two tests */
-/* Lower limit of a segment's highest frequency, which makes the segment 3 s long. Only segments
- * that must cover a long record are longer. */
+static const double FREQUENCY = 0.1;      /* relative tolerance about the stated frequency: more
+                                           * than errors of a clock or of typing, less than the
+                                           * distance of two tests' frequencies */
+/* Lower limit of a segment's highest frequency, which makes the segment 3 s long. Segments are
+ * longer only if they must cover a long record, or if the sampling rate is below 22 Hz. */
 static const double BAND_LEAST_HZ = 2.75;
 static const double BAND_OF_RATE = 1.0 / 8.0; /* highest frequency of a segment, as a share of the
                                                * sampling rate: a segment then has more than
@@ -37,10 +37,10 @@ static const double STANDS_OUT = 10.0;    /* a bin is motion if its power exceed
 static const double REST = 1e-3;          /* a segment is at rest if its mean square speed is less
                                            * than this share of the mean over the chosen
                                            * segments */
-static const double STEPS_LEAST = 3.0;    /* least motion of a segment: path at its rms speed in a
-                                           * period of its highest frequency, in steps of the
-                                           * sensor's resolution. Rounding errors of slower motion
-                                           * are not random */
+static const double STEPS_LEAST = 3.0;    /* least motion of a segment, in steps of the sensor's
+                                           * resolution: path at the rms speed in one period of the
+                                           * segment's highest frequency. Rounding errors of slower
+                                           * motion are not random */
 static const double THIN_HZ = 200.0;      /* sampling rate of the periodogram; faster samples are
                                            * averaged */
 static const double MISSING = 0.1;        /* share of a segment's samples that may be missing */
@@ -51,13 +51,14 @@ static const double BESIDE = 3.0, /* least time over which a speed beside a gap 
     BESIDE_S = 0.01;              /* least time over which a speed beside a gap is fitted */
 static const double TURN = 4.0;           /* the speed of a leg changes sharply in a gap if it
                                            * changes by more than this times the change that a
-                                           * motion of the mean frequency makes in that time */
+                                           * motion of the mean frequency makes over the gap and the
+                                           * time beside it */
 static const double TURN_LEAST = 0.5;     /* least change of speed that counts as sharp, as a share
                                            * of the rms speed */
 static const double GAPS = 2.0;           /* a window of the periodogram is excluded if it lasts
                                            * longer than this times the time that its samples take
-                                           * without gaps: then half of it is gaps, and no motion
-                                           * continues across a gap */
+                                           * without gaps: half of it is then gaps, across which the
+                                           * motion is unknown */
 enum { PER_CYCLE = 16, SEGMENTS = 48, SEGMENT = 1024, WINDOWS = 12, BINS_LEAST = 16 };
 
 static double first_good(const struct recording_test *t, int leg) {
@@ -159,7 +160,7 @@ static void add_power(int n, const double *rest, double *power) {
 }
 
 /* Adds the power under Hann windows of n points, spread evenly over the record. Windows that are
- * half gaps are left out; returns false if all are. */
+ * half gaps are left out. Returns false if all are left out. */
 static bool add_windows(const struct recording_test *t, const double *x, int all, int n, int many, double step_s, double *power) {
     double rest[SEGMENT];
     bool added = false;
@@ -198,8 +199,8 @@ static int periodogram(const struct recording_test *t, int leg, double step_s, d
 
 /* Finds the highest frequency to evaluate: BAND_OF_MOTION times the speed's mean frequency. A long
  * record gets a lower one, so that the segments cover all of it, but not below BAND_OF_MOTION times
- * the length's mean frequency. Sets found->lacks if the record is too short or shows no motion; -3:
- * no memory. */
+ * the length's mean frequency. Sets found->lacks if the record is too short or shows no motion.
+ * Returns 0, or -3 without memory. */
 static int find_band(const struct recording_test *t, int legs, double step_s, struct motion_cut *found, double *band_hz,
                      struct error *error) {
     double power[SEGMENT / 2] = {0}, sorted[SEGMENT / 2], bin_hz = 0.0, square = 0.0, rate = 0.0, curve = 0.0;

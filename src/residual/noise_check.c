@@ -45,10 +45,11 @@ static void mean_levels(const struct recording *r, const struct residual_data *d
         }
 }
 
-/* Share of noise in a test's mean square variation: that of the force, or with evaluated chambers
- * the median of force and both pressures, because a chamber may hardly change its pressure. mean:
- * levels of all segments (mean_levels); the difference of a segment's level from them counts as
- * variation. NULL: only variation within the segment counts. */
+/* Share of noise in a test's mean square variation: the share in the force, or, if the chambers are
+ * evaluated, the median of the shares in the force and both pressures, because a chamber may hardly
+ * change its pressure. mean: means of the channels over all segments (mean_levels()); a segment's
+ * difference from them counts as variation. If it is NULL, only variation within the segment
+ * counts. */
 static double noise_share(const struct residual_test *t, const struct params *params, double (*mean)[LEGS], struct whitener *w) {
     int kinds = t->chambers ? RESIDUALS : 1;
     double share[RESIDUALS];

@@ -8,8 +8,8 @@
 
 static const double FORCE_STDS = 3.0; /* the sign of a contact force is uncertain if the force is
                                        * less than this many of its standard deviations */
-static const double SEEN = 1.2;    /* the path is used only if the rods' rms place in the backlash
-                                    * is at least this times the noise of the path; see seen() */
+static const double SEEN = 1.2;    /* the path is used only if a rod's rms place in the backlash is
+                                    * at least this times the noise of the path; see seen() */
 static const double RIPPLE = 0.06; /* the sign of a contact force is uncertain if the force is less
                                     * than this share of the largest one: beside a knock the series
                                     * rings by 5 % of the jump (Gibbs) */
@@ -21,12 +21,13 @@ struct instant {
     double imbalance_n[LEGS];
     double inertia[LEGS][LEGS];      /* inertia of the platform along the legs, without the rods */
     double ahead_mps2[LEGS];
-    double response[LEGS][LEGS];     /* fall of ahead_mps2 of a leg per newton of another leg's
-                                      * imbalance; row: the leg that moves */
+    double response[LEGS][LEGS];     /* by how much ahead_mps2 of one leg (row) falls for each
+                                      * newton of another leg's imbalance (column) */
 };
 
 /* Finds contact force, imbalance and inertia at an instant. The friction of a held leg is assumed
- * to balance the rod alone, because the joint may be loose. False: no pose has these lengths. */
+ * to balance the rod alone, because the joint may be loose. Returns false if no pose has these
+ * lengths. */
 static bool look(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, struct instant *now) {
     struct rigid_legs legs;
     double bodies_n[LEGS];
@@ -87,8 +88,8 @@ static void accelerate(const struct machine *machine, struct instant *now) {
     }
 }
 
-/* Mean square noise of a leg's path between two flanks. Length noise of other legs is left out:
- * where it comes from legs that are loose at the same time it cancels, since M_uu^-1 M_uu = 1. */
+/* Mean square noise of a leg's path between two flanks. The length noise of other legs is left out;
+ * that of legs which are loose at the same time cancels, since M_uu^-1 M_uu = 1. */
 static double way_noise_m2(const struct play_motion *m, const struct instant at[PHASES], int leg, int from, int steps) {
     double sum = m->noise->length_m2[steps][leg];
     for (int k = 0; k < LEGS; k++)
@@ -97,14 +98,15 @@ static double way_noise_m2(const struct play_motion *m, const struct instant at[
     return sum;
 }
 
-/* Share s, 0..1, with which the integrated path is used. far_m: how far the rod goes; half the
- * backlash if it crosses. The path follows the noise of the residuals: if the noise of the forces
- * is white, this lowers the residuals' sum of squares by the share 2 s - 5/3 s^2, so that a joint
- * without backlash would seem to have some. A rod that crosses to the other flank raises the sum
- * again: its straight path alone adds the share 0.27 r^2, where r^2 is the mean square of a place
- * in the backlash, half^2 / 3, divided by the noise's mean square. With s rising from 0 at r = 1.2
- * to 1 at r = 2.4, a crossing adds more than following the noise takes off. A rod that returns to
- * its flank adds nothing, so its path must itself go that far from the flank. */
+/* Share s, 0..1, of the integrated path that is used. noise_m2: mean square noise of the path.
+ * far_m: how far the rod goes; half the backlash if it crosses to the other flank.
+ * The path follows the noise of the residuals: if the noise of the forces is white, the path lowers
+ * the residuals' sum of squares by the share 2 s - 5/3 s^2, so that a joint without backlash would
+ * seem to have some. A rod that crosses raises the sum again: its straight path alone adds the
+ * share 0.27 r^2, where r^2 is the mean square of a place in the backlash, half^2 / 3, divided by
+ * the noise's mean square. With s rising from 0 at r = 1.2 to 1 at r = 2.4, a crossing adds more
+ * than following the noise takes off. A rod that returns to its flank adds nothing, so its path
+ * must itself go that far from the flank. */
 static double seen(double noise_m2, double far_m) {
     double least_m = SEEN * sqrt(3.0 * noise_m2);
     return least_m > 0.0 ? fmin(fmax(far_m / least_m - 1.0, 0.0), 1.0) : 1.0;

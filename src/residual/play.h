@@ -10,17 +10,18 @@
  *
  *   ahead'' = -M_uu^-1 imbalance_u
  *
- * This is integrated twice from flank to flank where the backlash exceeds the path that noise of
- * the forces makes. So the measured forces show when a joint knocks. A simulation could not predict
- * this instant, because it depends on a few newtons. Pure. */
+ * This acceleration is integrated twice from flank to flank if the backlash exceeds the path
+ * that noise of the forces makes. So the measured forces show when a joint knocks. A simulation
+ * could not predict this instant, because it depends on a few newtons. Pure. */
 #ifndef HEXID_PLAY_H
 #define HEXID_PLAY_H
 
 #include "inverse_dynamics.h"
 #include "types.h"
 
-/* Mean square noise of a rod's path of n steps between two fixed ends, [n][leg]. push_n2s4: by the
- * noise of each leg's force, integrated twice. length_m2: by the noise of its length. */
+/* Mean square noise of a rod's path of n steps between two fixed ends, [n][leg]. push_n2s4: from
+ * the noise of each leg's force, integrated twice. length_m2: from the noise of the rod's own
+ * length. */
 struct play_noise {
     double push_n2s4[PHASES + 1][LEGS], length_m2[PHASES + 1][LEGS];
 };
@@ -39,7 +40,7 @@ struct play_motion {
 
 /* Finds the positions of the rods in their joints with backlash. d: inverse dynamics of a platform,
  * with force_std_n set. ahead_m: distance by which each rod is ahead of its position in a joint
- * without backlash. False: no pose has these lengths. */
+ * without backlash. Returns false if no pose has these lengths. */
 bool play_find(struct inverse_dynamics *d, const struct play_motion *motion, double ahead_m[PHASES][LEGS]);
 
 #endif

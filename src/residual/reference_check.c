@@ -74,7 +74,7 @@ static int check_reference(const struct recording *r, int first, int end, const 
 }
 
 /* Refuses a drawing that is turned or mirrored against the reference, which lengths and forces
- * alone cannot show, and legs that follow it in another order. */
+ * alone cannot show, and legs that follow the reference in another order. */
 static int check_drawing(const struct recording *r, const struct kinematics *k, struct error *error) {
     struct leg_moments m = {0};
     struct reference_match match;

@@ -16,8 +16,8 @@ const char *const reference_names[DOFS] = {"ref_x_m", "ref_y_m", "ref_z_m", "ref
  * share of the most that it moves them along any axis. */
 static const double MOVED = 1e-3;
 /* The lengths do not follow the reference if reference and rate explain less than FOLLOWS of the
- * lengths' squares, or if the reference alone explains less than FOLLOWS of that part: then the
- * lengths lag by more than 45 degrees, or the explained part is noise. */
+ * lengths' squares, or if the reference alone explains less than FOLLOWS of what both explain. In
+ * the second case the lengths lag by more than 45 degrees, or the explained part is noise. */
 static const double FOLLOWS = 0.5;
 /* Another drawing refutes the stated one if its unexplained share is less than DECISIVE times the
  * stated one's, and if the stated one's exceeds UNEXPLAINED, or MOST if work.planes is false. A
@@ -65,8 +65,8 @@ static void undo(const struct drawing *d, const double center_m[2], double joint
     }
 }
 
-/* Computes the Jacobian at neutral of the machine, if the drawing shows it turned or mirrored by
- * d. */
+/* Computes the machine's Jacobian at neutral, for a drawing that shows the machine turned or
+ * mirrored by d. */
 static void jacobian_of(const struct work *w, const struct drawing *d, double j[LEGS][DOFS]) {
     static const double neutral[DOFS] = {0};
     struct kinematics k = w->drawn;
@@ -153,7 +153,7 @@ static struct drawing best_angle(const struct work *w, bool mirrored) {
 
 static bool explains_more(const struct drawing *d, const struct drawing *than) { return ALIKE * d->share + SAME < than->share; }
 
-/* Tries all orders of the legs, of which the first `leg` places are settled. Among those that
+/* Tries all orders of the legs whose first `leg` places are those of `order`. Among orders that
  * explain as much, the one with the fewest exchanges is kept. */
 static void try_orders(const struct work *w, const struct leg_places *order, int leg, struct drawing *best) {
     for (int other = leg; other < LEGS; other++) {
@@ -221,8 +221,8 @@ static double find_explainable(struct work *w) {
     return sum;
 }
 
-/* True if the reference moves along two axes independently: the motion along one is not the motion
- * along the other with a gain and a lag, as it is on a circle. */
+/* True if the reference moves along two axes independently. On a circle it does not: the motion
+ * along one axis is the motion along the other with a gain and a lag. */
 static bool apart(const struct work *w, const bool moved[DOFS], int one, int other) {
     const double (*s)[REGRESSORS] = w->square;
     if (!moved[one] || !moved[other]) return false;
@@ -306,8 +306,8 @@ static void describe_signs(const bool against[DOFS], char *text, size_t size) {
     snprintf(text + used, size - (size_t)used, " %s wrong", count > 1 ? "are" : "is");
 }
 
-/* Appends "; or " unless the text is empty. Returns the end of the text; left: room from there
- * on. */
+/* Appends "; or " unless the text is empty. Returns the end of the text, and sets *left to the room
+ * from there on. */
 static char *or_else(char text[REFERENCE_MATCH_TEXT], size_t *left) {
     size_t used = strlen(text);
     if (used) strncat(text, "; or ", REFERENCE_MATCH_TEXT - 1 - used);

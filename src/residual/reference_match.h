@@ -1,7 +1,8 @@
-/* Checks whether the lengths follow the reference if the stated drawing, the configured positions
- * of the joints, is right. If the drawing is turned about z or mirrored in a plane through z, the
- * same six lengths give the same pose, turned or mirrored, so that no length and no force shows the
- * error. A comparison with the reference shows it, and also a wrong order of the legs.
+/* Checks whether the lengths show, by following the reference, that the stated drawing (the
+ * configured positions of the joints) is right. If the drawing is turned about z or mirrored in a
+ * plane through z, the same six lengths give the same pose, turned or mirrored, so that no length
+ * and no force shows the error. A comparison with the reference shows it, and also a wrong order of
+ * the legs.
  *
  * Near neutral the lengths about their means are l = J (G r + H r'). J is the Jacobian of a
  * drawing, r the reference about its mean and r' its rate. No loop follows exactly, so each axis
@@ -24,8 +25,9 @@ struct params;
 
 enum { REFERENCE_MATCH_TEXT = 480 };
 
-/* Sums of products over all samples, about the means. A reference length is a leg's length in the
- * pose of the reference, by the drawing. */
+/* Sums of products over all samples. A reference length is a leg's length in the pose of the
+ * reference, by the drawing. Lengths are taken about their means; in `mixed` the reference length
+ * is taken about its value at neutral. */
 struct leg_moments {
     double product[LEGS][LEGS]; /* measured length of one leg times reference length of another */
     double measured[LEGS];      /* squares of the measured lengths */

@@ -12,14 +12,14 @@
 #include "units.h"
 #include "valve_line.h"
 
-/* Converts a difference of values, as a coefficient row, to a difference of readings, so that its
- * noise is the noise that the whitener assumes, whatever the sensor's scale and lag. */
+/* Converts a difference of values, as a coefficient row, to a difference of readings. The noise of
+ * the row is then the noise that the whitener assumes, whatever the sensor's scale and lag. */
 static void read_back(const struct sensor_path *path, const struct residual_test *t, double *row) {
     for (int a = 0; a < t->size; a++) row[a] *= path->scale / hypot(1.0, t->rate[a] * path->lag_s);
 }
 
-/* Converts a difference of forces to one of readings. The scale for A1 P1 - A2 P2 is that of the
- * noise of both pressures together; its lag is that of P1. */
+/* Converts a difference of forces to one of readings. For A1 P1 - A2 P2 the scale is that of the
+ * noise of both pressures together, and the lag is that of P1. */
 static void read_force_back(const struct cylinder_model *m, const struct residual_test *t, int leg, double *row) {
     if (!t->pressures) {
         read_back(&m->machine.sensors.force[leg], t, row);
@@ -119,8 +119,9 @@ static void command_at(const struct run *r, int sample, double valve[LEGS]) {
 }
 
 /* Number of samples after which the spools have forgotten their start, and the command path its
- * earlier commands; for a segment at most its lead. A cycle is first run without noise and without
- * the longer run-in of a rate limit; if it reaches such a limit, it is run again with both. */
+ * earlier commands; for a segment at most its lead. A cycle is first simulated without the
+ * commands' noise and without the longer run-in of a rate limit; if a spool reaches its limit, the
+ * cycle is simulated again with both. */
 static int run_in(const struct run *r) {
     const struct residual_test *t = r->t;
     double slowest = HUGE_VAL, cycle = 2.0 * PI / t->spectrum.omega / t->step_s, samples;
@@ -201,9 +202,9 @@ static void add_forces(const struct run *r, double weight, double sum_n[LEGS]) {
  * rule. */
 static double mean_weight(int substeps, int j) { return (!j || j == substeps ? 1.0 : j % 2 ? 4.0 : 2.0) / (3.0 * substeps); }
 
-/* Subtracts one step of the measured drift from the pressures. The simulated flows cause drift and
- * mean cycle alike; with the drift subtracted the pressures repeat, as the measured mean cycle
- * does. */
+/* Subtracts one step of the measured drift from the pressures. The simulated flows cause the drift
+ * as well as the mean cycle; with the drift subtracted the pressures repeat, as the measured mean
+ * cycle does. */
 static void take_drift_off(struct run *r, double dt_s) {
     for (int k = r->cylinder.first; k < r->cylinder.legs; k++) {
         double *chamber[PORTS] = {&r->state.cylinder[k].p1_pa, &r->state.cylinder[k].p2_pa};
@@ -215,8 +216,8 @@ static void take_drift_off(struct run *r, double dt_s) {
     }
 }
 
-/* Simulates up to the next sample. mean_n: each leg's mean force over this time is added to it; may
- * be NULL. */
+/* Simulates up to the next sample. mean_n: the mean force of each leg over this time is added to
+ * it; NULL: not wanted. */
 static void run_on(struct run *r, int sample, double mean_n[LEGS]) {
     const struct residual_test *t = r->t;
     double valve[LEGS];
@@ -326,7 +327,7 @@ bool residual_staircase(const struct residual_test *t, const struct params *mode
 }
 
 /* Tabulates the measured values at each phase, from the given number of harmonics. p: pressure
- * drops from gauge to chamber, or NULL for none. False: no pose has these lengths. */
+ * drops from gauge to chamber, or NULL for none. Returns false if no pose has these lengths. */
 static bool tabulate_cycle(const struct residual_test *t, int harmonics, struct inverse_dynamics *d, const struct series *rows,
                            const struct pressure_rows *p, struct inverse_dynamics_input table[PHASES]) {
     const struct cylinder_model *m = &d->cylinder;
@@ -360,16 +361,16 @@ static void project_phase(const struct residual_test *t, int phase, double value
 
 static void prepare_inverse(const struct residual_test *t, const struct params *model, struct inverse_dynamics *inverse) {
     double period_s = 2.0 * PI / t->spectrum.omega;
-    /* Only a mechanism with short strokes excludes the instants about a reversal: with long strokes
-     * this would lose more information than reversals spoil. */
+    /* Only with short strokes may a leg count as held about a reversal: with long strokes this
+     * would lose more information than reversals spoil. */
     bool spare = params_mechanism(model)->short_strokes;
     inverse_dynamics_init(inverse, model, period_s / PHASES, spare && t->spectrum.cycles ? period_s / (4 * t->harmonics) : 0.0);
     if (spare) memcpy(inverse->speed_std_mps, t->speed_std_mps, sizeof inverse->speed_std_mps);
     memcpy(inverse->force_std_n, t->force_std_n, sizeof inverse->force_std_n);
 }
 
-/* Finds the positions of the rods in joints with backlash, as a series. False: no pose has these
- * lengths. */
+/* Finds the positions of the rods in joints with backlash, as a series. Returns false if no pose
+ * has these lengths. */
 static bool find_play(const struct residual_test *t, struct inverse_dynamics *inverse, const struct pressure_rows *p, struct series *rows) {
     struct inverse_dynamics_input table[PHASES];
     double ahead_m[PHASES][LEGS], period_s = 2.0 * PI / t->spectrum.omega;
@@ -426,9 +427,9 @@ static void add_shared(const struct residual_test *t, int begin, int end, const 
         for (int b = 0; b < t->size; b++) covariance[a][b] += share * sum[a] * sum[b];
 }
 
-/* Adds the covariance of a force that has these standard deviations at the instants. Half of its
- * variance is constant while the leg is held, the other half changes as fast as the row
- * resolves. */
+/* Adds the covariance of a force that has these standard deviations at the instants. Half of the
+ * variance is from a part that is constant while the leg is held, half from a part that changes as
+ * fast as the row resolves. */
 static void add_held(const struct residual_test *t, const double std_n[PHASES], double covariance[RESIDUAL_SIZE][RESIDUAL_SIZE]) {
     int first = 0; /* first instant at which the leg slides, if the motion is a cycle; otherwise
                     * 0 */

@@ -76,8 +76,8 @@ struct residual_test {
     double first_s, step_s;
     bool in_step;                /* every sample falls on a command's instant */
     int measured;                /* measured samples per cycle; 0 for a segment */
-    /* samples: number of simulated samples. fitted: number of the last ones, which alone are
-     * compared */
+    /* samples: number of simulated samples. fitted: number of samples at their end that are
+     * compared with the measured ones */
     int samples, fitted;
     int substeps;                /* simulation steps per command */
     int phases;                  /* number of instants at which the force is evaluated; PHASES of
@@ -123,8 +123,8 @@ int residual_prepare(struct residual_data *d, const struct recording *recording,
 void residual_free(struct residual_data *d);
 
 /* Keeps the Fourier basis at all nodes of the simulations, up to 5 MB a test, for a caller that
- * evaluates many models: without it each evaluation computes the basis anew, with the same result.
- * Returns -3 without memory. */
+ * evaluates many models. Without this table each evaluation computes the basis anew, with the same
+ * result. Returns 0, or -3 without memory. */
 int residual_tabulate(struct residual_data *d, struct error *error);
 
 /* Computes the Fourier basis at a node of a test's simulation: 1 + 2 harmonics values. */
@@ -133,21 +133,23 @@ void residual_node(const struct residual_test *t, int node, double *basis);
 enum { ALL_LEGS = -1 };
 
 /* Computes the coefficient rows of a test under a model. Rows outside `equations` stay as they are,
- * but with hoses between gauges and chambers all rows are computed. leg: ALL_LEGS, or the only leg
- * whose pressures are computed, which is allowed if residual_legs_apart() includes
- * EQUATIONS_PRESSURE. False: the model's machine cannot move like this, or cannot exist. */
+ * except that rows of legs and pressures that are not evaluated become zero, and that with hoses
+ * between gauges and chambers all rows are computed. leg: ALL_LEGS, or the only leg whose pressures
+ * are computed, which is allowed if residual_legs_apart() includes EQUATIONS_PRESSURE. Returns
+ * false if the model's machine cannot exist, or cannot move like this. */
 bool residual_evaluate(const struct residual_test *t, const struct params *model, enum residual_equations equations, int leg,
                        residual_row row);
 
 /* Returns the equations in which the legs are independent, so that a leg's own constants change no
  * other leg's residuals. There are none if the legs share hoses to the power unit, or if there are
- * both backlash and hoses between gauges and chambers. Backlash alone excludes the force, because
- * it moves the pose. Otherwise all are returned. */
+ * both backlash and hoses between gauges and chambers. With backlash alone the force is not among
+ * them, because backlash moves the pose. Otherwise all equations are returned. */
 enum residual_equations residual_legs_apart(const struct params *model);
 
-/* Computes the covariance, N^2, of each leg's force row that results from the unknown friction of
- * the leg while it may be held; at an instant its variance is inverse_dynamics_held_variance(). All
- * zeros: no leg is ever held, or the model cannot move like this. */
+/* Computes the covariance, N^2, that the unknown friction of a leg gives its force row while the
+ * leg may be held. At an instant the variance of this friction is inverse_dynamics_held_variance().
+ * The covariance is zero for a leg that is never held, and for all legs if the model cannot move
+ * like this. */
 void residual_held(const struct residual_test *t, const struct params *model, double covariance[LEGS][RESIDUAL_SIZE][RESIDUAL_SIZE]);
 
 /* Coefficient row of the rate of a leg's length, m/s. */
@@ -156,15 +158,15 @@ void residual_rate(const struct residual_test *t, int leg, double row[RESIDUAL_S
 /* Mean square of the varying part of a measured channel. */
 double residual_variation(const struct residual_test *t, enum channel channel, int leg);
 
-/* Computes coefficient rows of the ripple that sampling adds to the measured force, by the model's
- * chambers. Held commands make the force ripple, and samples in step with them always read the same
- * phase. The rows are zero if commands are at most 0.5 ms apart (the ripple is then a sixteenth of
- * the one at 2 ms) or samples are not in step. Otherwise returns false if the chambers are not
- * evaluated, or without memory. */
+/* Computes coefficient rows of the ripple that sampling adds to the measured force, by simulating
+ * the model's chambers. Held commands make the force ripple, and samples in step with them always
+ * read the same phase. If commands are at most 0.5 ms apart (the ripple is then a sixteenth of the
+ * one at 2 ms), or samples are not in step, the rows are zero and the result is true. Otherwise
+ * returns false if the chambers are not evaluated, or without memory. */
 bool residual_staircase(const struct residual_test *t, const struct params *model, double force_n[LEGS][RESIDUAL_SIZE]);
 
 /* Computes the coefficient rows of the hydraulic force that each leg needs for the measured motion,
- * friction included, by inverse dynamics alone. False: no pose has these lengths. */
+ * friction included, by inverse dynamics alone. Returns false if no pose has these lengths. */
 bool residual_required(const struct residual_test *t, const struct params *model, double force_n[LEGS][RESIDUAL_SIZE]);
 
 #endif

@@ -19,9 +19,9 @@ static const double LEAD_S = 2.0;        /* longest run-up of a segment's spools
                                           * crosses its range in that time forgets its start */
 static const double SUBSTEP_S = 0.5e-3;   /* step of the Runge-Kutta method: its error is 1e-4 of a
                                            * 100 Hz spool's lag */
-static const double SLOWER = 1.25;        /* a recording is slower than the commands if its
-                                           * sampling period exceeds this times theirs; jitter
-                                           * is less */
+static const double SLOWER = 1.25;        /* a recording is slower than the commands if its sampling
+                                           * period exceeds the command period times this; jitter is
+                                           * less */
 enum { COUPLING_POINTS = 2048 };
 
 /* Makes t->projection for a cycle: the least squares fit of samples to coefficients, which is exact
@@ -61,7 +61,8 @@ static int allocate(struct residual_test *t, struct error *error) {
 }
 
 /* Stores the commands' noise over the simulated time: the commands less their mean cycle. Each
- * instant takes the nearest sample; without a good one within half a period, the noise is 0. */
+ * instant takes the nearest sample; without a good sample within half a sampling period, the noise
+ * is 0. */
 static void take_dither(struct residual_test *t, const struct recording_test *test) {
     double sampling_s = test->measured->step_s;
     for (int i = 0, j = test->first; i < t->samples; i++) {
@@ -145,7 +146,7 @@ static double lead_s(const struct recording_test *test, double first_s) {
 }
 
 /* Fills t->valve with the commands, each held to the next sample. If the recording is slower than
- * the commands, those between two samples are interpolated. */
+ * the commands, the commands between two samples are interpolated. */
 static void hold_commands(struct residual_test *t, const struct recording_test *test) {
     const struct recording_sample *sample = test->sample, *held;
     bool slower = test->measured->step_s > SLOWER * t->step_s;
@@ -283,8 +284,8 @@ static int prepare(struct residual_test *t, const struct recording *recording, i
     return STATUS_OK;
 }
 
-/* True if a test is to be prepared: a steady sinusoid always, a segment if it is not refused and
- * its number, even or odd, is in `which`. */
+/* True if a test is to be prepared: any steady sinusoid, and a segment that is not refused and
+ * whose number, even or odd, is in `which`. */
 static bool wanted(const struct recording_test *test, enum cycles which) {
     return !(test->segment_s > 0.0) || (!test->refused && which & (test->segment % 2 ? CYCLES_ODD : CYCLES_EVEN));
 }

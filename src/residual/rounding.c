@@ -14,13 +14,13 @@ static const double WEAK = 1e-6; /* a tone does not count if its mean square is 
 static const double SURE = 3.0;  /* a harmonic that exceeds this many of its standard deviations is
                                   * motion, not rounding error */
 
-/* Mean square of tone k of the mean rounding error over the cycles, with steps of 1, if x varies
- * from cycle to cycle by a Gaussian of this standard deviation. */
+/* Mean square, in steps^2, of tone k of the rounding error averaged over many cycles, if x varies
+ * from cycle to cycle like Gaussian noise. shaken: standard deviation of this noise, in steps. */
 static double tone_square(int k, double shaken) { return 0.5 * square(exp(-2.0 * square(PI * k * shaken)) / (PI * k)); }
 
 /* Standard deviation of the signal from one cycle to the next, in steps. scatter: standard
- * deviation of samples at one place, in steps; it is caused by this variation, and by the rounding
- * errors that do not repeat. */
+ * deviation of samples at one place, in steps; the signal's variation and the rounding errors that
+ * do not repeat cause it. */
 static double shaking(double scatter) {
     double least = 0.0, most = scatter;
     for (int i = 0; i < BISECTIONS; i++) {
@@ -45,8 +45,8 @@ static void find_mean_squares(const struct rounding *r, double mean_square[ROUND
     }
 }
 
-/* Fourier coefficients of the sine and the cosine of each tone, for sizes of the motion whose
- * peaks are spread evenly over a step. */
+/* Fourier coefficients of the sine and the cosine of each tone, for SIZES sizes of the motion,
+ * whose peaks are spread evenly over a step. */
 struct tones {
     double sine[ROUNDING_TONES][SIZES][1 + 2 * ROUNDING_HARMONICS], cosine[ROUNDING_TONES][SIZES][1 + 2 * ROUNDING_HARMONICS];
 };
@@ -96,7 +96,7 @@ static void find_shares(struct rounding_shares *shares, const struct rounding *r
         }
 }
 
-/* Adds up what the tones give each coefficient. */
+/* Sums the variances that the tones give each coefficient. */
 static void add_up(const struct rounding_shares *shares, const double mean_square[ROUNDING_TONES], int harmonics, double *variance) {
     memset(variance, 0, (size_t)(1 + 2 * harmonics) * sizeof *variance);
     for (int k = 0; k < shares->tones; k++)

@@ -1,6 +1,6 @@
 /* Rounding errors that repeat in every cycle of a steady sinusoid, because its samples are at the
- * same places of each cycle. They cause no spread between cycles, do not average out over many of
- * them, and are therefore computed from the sensor's step.
+ * same places of each cycle. They cause no spread between cycles and do not average out over many
+ * cycles; they are therefore computed from the sensor's step.
  *
  * A rounding error is a sum of tones of the motion x: sin(2 pi k x / step) step / (pi k), k = 1, 2,
  * .. . Variation from cycle to cycle weakens the mean of a tone (dither). Noise of standard
@@ -31,9 +31,10 @@ struct rounding {
     const double *middle;      /* [cycles]: mean of each cycle */
 };
 
-/* Shares of the tones that fall on each coefficient of a mean cycle: variance, in the signal's unit
- * squared, for a tone of mean square 1 step^2. They depend on the motion and its places. The cycles
- * that they are found for decide how many tones count, and which harmonics are motion. */
+/* Shares of the tones that fall on each coefficient of a mean cycle: variance of the coefficient,
+ * in the signal's unit squared, by a tone of mean square 1 step^2. The shares depend on the motion
+ * and on the places of its samples. The cycles for which they are found decide how many tones
+ * count, and which harmonics are motion. */
 struct rounding_shares {
     int tones;                 /* number of tones up to the last one that counts; 0: there are no
                                 * rounding errors */

@@ -2,8 +2,8 @@
  *
  * A steady test is never quite periodic: the controller creeps towards the mean pose, and chambers
  * whose valves hardly open take seconds to settle. The series leave this drift out. Its slopes are
- * kept separately, because a piston that creeps displaces oil: without them the mean pressures of
- * pistons of 125 mm diameter that creep by 0.07 mm/s were 6 kPa off. */
+ * kept separately, because a piston that creeps displaces oil: without the slopes the mean
+ * pressures of pistons of 125 mm diameter that creep by 0.07 mm/s were 6 kPa off. */
 #ifndef HEXID_SERIES_H
 #define HEXID_SERIES_H
 

@@ -69,9 +69,9 @@ struct span {
     double middle_s;
 };
 
-/* Sums the products of the Fourier basis over the good samples: with itself, with the channels, and
- * with a drift of one unit per period about the middle. longest_s: longest time between two good
- * samples. Returns the number of good samples. */
+/* Sums, over the good samples, the products of the Fourier basis with itself, with the channels,
+ * and with a drift of one unit per period about the middle. longest_s: longest time between two
+ * good samples. Returns the number of good samples. */
 static int add_samples(const struct spectrum *s, const struct recording_test *t, const struct span *span,
                        double product[SPECTRUM_SIZE][SPECTRUM_SIZE], double row[CHANNELS][LEGS][SPECTRUM_SIZE], double ramp[SPECTRUM_SIZE],
                        double *longest_s) {
@@ -101,9 +101,10 @@ static int add_samples(const struct spectrum *s, const struct recording_test *t,
     return good;
 }
 
-/* Finds the Fourier coefficients of one cycle by least squares over its good samples, and those of
- * a drift of one unit per cycle: ramp. Refuses the cycle if too few samples are good, or if a gap
- * lasts half a period of the highest harmonic; single lost samples are no gap. */
+/* Finds the Fourier coefficients of one cycle by least squares over its good samples. ramp: the
+ * coefficients that a drift of one unit per cycle would have. Refuses the cycle if too few samples
+ * are good, or if a gap lasts half a period of the highest harmonic; single lost samples are no
+ * gap. */
 static enum refusal fit_cycle(const struct spectrum *s, const struct recording_test *t, const struct span *span, double step_s,
                               double row[CHANNELS][LEGS][SPECTRUM_SIZE], double ramp[SPECTRUM_SIZE]) {
     double product[SPECTRUM_SIZE][SPECTRUM_SIZE] = {0}, longest_s;
@@ -127,11 +128,11 @@ struct cycles_of_test {
                                  * of one unit per cycle */
 };
 
-/* Fits a line to the constants of all whole cycles over the cycles' numbers, and returns its slope
+/* Fits a line to the constants of all whole cycles over the cycles' numbers, and returns the slope
  * per cycle; 0 if there are too few cycles. Cycles that are not averaged count too, so that even
  * and odd cycles have one drift. lost: degrees of freedom that the slope takes from the averaged
- * cycles. This is the sum of squares of their numbers about their mean, divided by the same sum for
- * all cycles. */
+ * cycles, which is the sum of squares of these cycles' numbers about their mean, divided by the
+ * same sum for all cycles. */
 static double slope_of(const struct cycles_of_test *c, spectrum_cycle *row, int ch, int leg, double *lost) {
     double x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, own = 0.0, own_square = 0.0;
     *lost = 0.0;
@@ -158,10 +159,10 @@ static void average(const struct cycles_of_test *c, const double *value, double 
     *std = sqrt(rest / (n - 1 - lost) / n);
 }
 
-/* Ratio of the variance of a harmonic's mean to the variance that independent cycles would give it:
- * the spectral density over the cycles near frequency zero, divided by the mean density. It uses
- * the slowest bins of the periodogram (Priestley 1981, section 6.1). Rounding errors that recur
- * with the sampling phase lie in other bins. */
+/* Ratio of the variance of a harmonic's mean to the variance that independent cycles would give the
+ * mean: the spectral density over the cycles near frequency zero, from the slowest bins of the
+ * periodogram, divided by the mean density (Priestley 1981, section 6.1). Rounding errors that
+ * recur with the sampling phase lie in other bins. */
 static double lasting(const struct spectrum *s, spectrum_cycle *row, int channel, int leg, int harmonic) {
     double slow = 0.0, all = 0.0;
     for (int a = 2 * harmonic - 1; a <= 2 * harmonic; a++) {
@@ -180,10 +181,10 @@ static double lasting(const struct spectrum *s, spectrum_cycle *row, int channel
 }
 
 /* Enlarges the standard deviations of the mean cycle if errors last over several cycles, so that
- * averaging cancels them less: multiplies by the root of the ratio of lasting(), if it is above 1.
- * Each ratio is averaged with the neighbouring harmonics', because one harmonic has too few of the
- * lowest bins. An average over all harmonics would let the drift of one, such as the motion's own,
- * count as noise of the others. */
+ * averaging cancels them less: multiplies by the root of the ratio of lasting(), if this ratio is
+ * above 1. Each ratio is averaged with the neighbouring harmonics', because one harmonic has too
+ * few of the lowest bins. An average over all harmonics would let the drift of one harmonic, such
+ * as the motion's own, count as noise of the others. */
 static void lengthen(struct spectrum *s, spectrum_cycle *row, int channel, int leg) {
     double ratio[1 + SPECTRUM_HARMONICS];
     if (s->cycles <= 2 * SLOWEST) return;
@@ -219,7 +220,7 @@ static int add_noise(const struct spectrum *s, const struct recording_test *t, c
 }
 
 /* Finds cycles whose samples are at the same phases. alike: for each averaged cycle, the index of
- * the first one with its phases. Returns the number of different cycles. */
+ * the first averaged cycle with the same phases. Returns the number of different sets of phases. */
 static int find_alike(const struct spectrum *s, const struct recording_test *t, double step_s, const struct cycles_of_test *c,
                       int alike[CYCLES_MAX]) {
     double period_s = 2.0 * PI / s->omega, start_s = t->sample[t->first].test_time_s, offset[CYCLES_MAX];
@@ -282,7 +283,7 @@ static void summarise(struct spectrum *s, const struct recording_test *t, double
         }
 }
 
-/* Fits all whole cycles of the test. False: fewer than two are to be averaged. */
+/* Fits all whole cycles of the test. Returns false if fewer than two of them are to be averaged. */
 static bool fit_cycles(const struct spectrum *s, const struct recording_test *t, double step_s, enum cycles which, struct cycles_of_test *c,
                        spectrum_cycle *row) {
     double start_s = t->sample[t->first].test_time_s, period_s = 2.0 * PI / s->omega, one[SPECTRUM_SIZE];

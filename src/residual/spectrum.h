@@ -1,7 +1,7 @@
 /* A test as harmonics of its frequency: means over some of its cycles, and the spread of single
- * cycles about the means. The noise and its correlation between successive cycles follow from the
- * spread; rounding errors of a motion that drifts slowly are correlated. Errors that repeat in
- * every cycle (rounding.h) do not show in the spread. Pure.
+ * cycles about the means. The spread shows the noise and its correlation between successive cycles,
+ * as that of rounding errors in a motion that drifts slowly. Errors that repeat in every cycle
+ * (rounding.h) do not show in the spread. Pure.
  *
  * A coefficient row is [constant, sin wt, cos wt, sin 2wt, ...], t the test time. */
 #ifndef HEXID_SPECTRUM_H
@@ -43,15 +43,16 @@ typedef double spectrum_cycle[CHANNELS][LEGS][SPECTRUM_SIZE];
 
 /* Measures the mean cycle of a steady sinusoid over those of the first CYCLES_MAX whole cycles that
  * are in `which`; the drift is that of all these whole cycles. room: receives the coefficients of
- * the averaged cycles, from index 0. False: fewer than two cycles of `which` are complete; a
- * complete cycle has nine tenths of its samples good and no long gap. step_s: sampling period. */
+ * the averaged cycles, from index 0. step_s: sampling period. Returns false if the sampling is too
+ * slow for one harmonic, or if fewer than two cycles of `which` are complete; a complete cycle has
+ * nine tenths of its samples good and no long gap. */
 bool spectrum_measure(struct spectrum *s, spectrum_cycle room[CYCLES_MAX], const struct recording_test *test, double step_s,
                       enum cycles which);
 
 /* Fits a Fourier series to any motion by least squares, over the samples with from_s <= t <=
  * until_s. Choose 2 pi / omega > until_s - from_s, so that the ends need not match. inverse:
  * inverse of the normal equations; a coefficient's std is the samples' noise times the square root
- * of its diagonal. False: too few good samples, or a gap. */
+ * of its diagonal element. Returns false if there are too few good samples, or a gap. */
 bool spectrum_cut(struct spectrum *s, const struct recording_test *test, double from_s, double until_s, double omega,
                   double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]);
 
@@ -69,8 +70,8 @@ void spectrum_basis(double phase, int harmonics, double *basis);
 void spectrum_at(const double *row, int harmonics, double omega, const double *basis, double value[3]);
 void spectrum_value(const double *row, int harmonics, double omega, double t_s, double value[3]);
 
-/* Standard deviation of a leg's speed by noise, m/s, in a mean cycle of `harmonics` harmonics. For
- * a segment all its harmonics count. */
+/* Standard deviation of a leg's speed by noise, m/s, in a mean cycle of `harmonics` harmonics, or
+ * in a segment, of which all harmonics count. */
 double spectrum_speed_std(const struct spectrum *s, int leg, int harmonics);
 
 #endif

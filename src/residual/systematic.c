@@ -214,8 +214,9 @@ void systematic_undo(const struct cylinder_model *m, const double error[SYSTEMAT
     memcpy(&errors, error, sizeof errors);
     errors.skew_s = 0.0;
     machine_add_errors(&machine, &errors);
-    /* The commands are not used here, so only the difference of the delays matters. The pressures
-     * are moved, because dry friction is computed from the lengths as they are read. */
+    /* Only the difference between the delays of lengths and pressures matters, because the commands
+     * are not used here. The pressures are moved, because dry friction is computed from the lengths
+     * as they are read. */
     struct sensor_path *const later[] = {machine.sensors.p1, machine.sensors.p2, machine.sensors.force};
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < LEGS; k++) later[i][k].delay_s -= error[SYSTEMATIC_SKEW];

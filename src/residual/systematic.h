@@ -47,24 +47,24 @@ enum {
     SYSTEMATICS
 };
 
-/* Finds the prior standard deviations, in the units of the errors: gains without unit, m, s. 0: the
- * error does not exist. pressures: the forces are measured by pressures. */
+/* Finds the prior standard deviations, in the units of the errors: gains without unit, m, s, m/N. A
+ * 0 means that the error does not exist. pressures: the forces are measured by pressures. */
 void systematic_priors(const struct params *params, bool pressures, double std[SYSTEMATICS]);
 
-/* Returns the largest standard deviation of a test's skew about the common one, s. 0: all tests
- * share one skew. */
+/* Returns the upper limit of the standard deviation of the tests' skews about the common one, s. A
+ * 0 means that all tests share one skew. */
 double systematic_test_skew(const struct params *params);
 
 /* Makes the tolerances of all these errors zero. */
 struct tolerance_params;
 void systematic_exclude(struct tolerance_params *tolerance);
 
-/* True if this error changes the measured motion or the joints, and not just the leg forces. Errors
- * of the forces change the motion, too, through the compliance: at 20 N/um by 2 % of their effect
- * on the residuals, which is neglected. */
+/* True if this error changes the measured motion or the joints, and not just the leg forces. An
+ * error of the forces changes the motion, too, through the compliance; at 20 N/um this is 2 % of
+ * the error's effect on the residuals, and is neglected. */
 bool systematic_moves(int error);
 
-/* Families of errors as they are shown to users: their names, and the family of an error. */
+/* Families of errors as they are shown to users. */
 enum systematic_family {
     FAMILY_PRESSURE_GAINS,
     FAMILY_LENGTH_GAINS,
@@ -77,7 +77,7 @@ enum systematic_family {
     FAMILIES
 };
 /* Words of a family: its name, the key of model.tolerance that states its prior, and the unit that
- * is shown, with the number of these units in an SI unit. */
+ * is shown. scale: number of these units in one SI unit. */
 struct systematic_words {
     const char *name, *key, *unit;
     double scale;
@@ -108,15 +108,16 @@ void systematic_undo(const struct cylinder_model *m, const double error[SYSTEMAT
 void systematic_series(const struct cylinder_model *m, const struct residual_test *t, struct series *rows);
 
 /* Converts a coefficient row of a leg's difference `one` P1 - `other` P2 from the chambers to the
- * gauges: divides each coefficient by the factor by which systematic_series() raises its noise. */
+ * gauges: divides each coefficient by the factor by which systematic_series() raises the
+ * coefficient's noise. */
 void systematic_read_back(const struct cylinder_model *m, const struct residual_test *t, int leg, double one, double other, double *row);
 
 /* Mass along a leg that is equivalent to the oil in one metre of its pipes, kg/m. */
 double systematic_pipe_mass(const struct cylinder_model *m, int leg);
 
 /* Relative change of a chamber's pressure for one metre of pipe, divided by the square of the
- * frequency in rad/s, s^2/m: the faster the pressure varies, the larger it is in the chamber than
- * at the gauge. length_m: length of the leg. */
+ * pressure's frequency in rad/s; unit s^2/m. The faster the pressure varies, the larger it is in
+ * the chamber than at the gauge. length_m: length of the leg. */
 double systematic_pipe_gain(const struct cylinder_model *m, int leg, int port, double length_m);
 
 #endif

@@ -15,8 +15,8 @@ static const double STATIC_ERROR = 3.0;
 static const double UNSTEADY = 10.0; /* the state is unsteady if a mean pressure changes from cycle
                                       * to cycle by more than this times its noise */
 static const double FORCE_SENSOR_ERROR = 5e-3; /* error of a force sensor, as a share of its
-                                                * variation: class 0.5; the motor constant of a
-                                                * drive is known no better */
+                                                * variation: accuracy class 0.5; the motor constant
+                                                * of a drive is known no better */
 
 enum { INSTANTS = 16 };                /* instants of a period at which chambers are linearised */
 static const double STEP_PA = 1e3, STEP_MPS = 1e-4; /* steps of the difference quotients */
@@ -41,10 +41,10 @@ static void invert3(double c[RESIDUALS][RESIDUALS]) {
     }
 }
 
-/* A leg's chambers linearised about the measured motion, mean over the instants that have data. */
+/* A leg's chambers linearised about the measured motion, as a mean over the test's instants. */
 struct chambers {
     double by_pressure[PORTS][PORTS]; /* change of each pressure's rate with each pressure, 1/s */
-    double by_rate[PORTS];            /* change of each pressure's rate with the leg's, Pa/m */
+    double by_rate[PORTS];            /* change of each pressure's rate with the leg's rate, Pa/m */
 };
 
 /* Pressures and spool at an instant of the mean cycle. motion: set to the length and its rate. */
@@ -91,13 +91,13 @@ static void stiffness(const struct chambers *c, double rate_radps, double comple
     pa_per_m[PORT_B] = rate_radps > 0.0 ? -rate * (c->by_rate[PORT_B] * one + p[PORT_B][PORT_A] * c->by_rate[PORT_A]) / both : 0.0;
 }
 
-/* Index of the other coefficient of a harmonic: the cosine's for the sine's, and the reverse. A
- * constant, and each coefficient of a segment, has none: returns a. */
+/* Index of the other coefficient of a harmonic: the cosine's for the sine's, and the reverse.
+ * Returns a itself for a constant and for the coefficients of a segment, which have no other. */
 static int quadrature(const struct residual_test *t, int a) { return !t->spectrum.cycles || !a ? a : a % 2 ? a + 1 : a - 1; }
 
 /* Variance of the cycles' mean pressures about their drift, less the largest variance that still
- * counts as noise (UNSTEADY); 0 if it does not exceed this. A chamber whose valve stays shut keeps
- * its oil for seconds, and no steady state determines how much that is. */
+ * counts as noise (UNSTEADY); 0 if the variance is smaller than that. A chamber whose valve stays
+ * shut keeps its oil for seconds, and no steady state determines how much that is. */
 static double wander(const struct spectrum *s, enum channel channel, int leg, int samples) {
     return fmax(square(s->std[channel][leg][0]) * s->cycles - square(UNSTEADY * s->noise[channel][leg]) / samples, 0.0);
 }

@@ -1,8 +1,8 @@
 /* Converts residuals to units of their noise. In each test, leg and coefficient the three residuals
  * share noise: an error of length changes the force and both pressures, an error of a pressure
- * changes this pressure and the force. Their covariance is the sum of the measured spread, of
- * rounding in step with the motion, and of a least error that any model has. Once whitened, all
- * values count alike. Pure. */
+ * changes this pressure and the force. The covariance of the three is the sum of the measured
+ * spread, of rounding in step with the motion, and of a least error that any model has. Once
+ * whitened, all values count alike. Pure. */
 #ifndef HEXID_WHITEN_H
 #define HEXID_WHITEN_H
 
@@ -23,8 +23,8 @@ struct whitener {
 #define NOISE_ALONE 1e-6 /* model_error so small that only the sensors' noise counts */
 
 /* Makes the whitener of a test. model_error: share of each channel's rms variation that counts as
- * noise, because every model has an error of this size. The force of a sensor or drive has the
- * sensor's error instead. */
+ * noise, because every model has an error of this size. A force that a sensor or drive measures has
+ * the sensor's error instead. */
 void whitener_init(struct whitener *w, const struct residual_test *t, const struct params *model, double model_error);
 
 /* Standard deviation of each leg's force residual by noise, N: rms over the instants of the
