@@ -488,9 +488,21 @@ static void the_page_has_verdict_pictures_tones_and_baseline(void **unused) {
     free(page), free(r);
 }
 
+/* Whatever share of the samples may be missing, a piece without any cannot be interpolated. */
+static void a_record_without_a_sample_is_refused_at_any_limit(void **unused) {
+    (void)unused;
+    static struct quality_record r;
+    struct quality_plan plan = rig.plan;
+    struct error error;
+    assert_int_equal(quality_record_init(&r, &plan, &error), 0);
+    assert_int_equal(quality_record_settle(&r, &plan, 100.0, &error), STATUS_USAGE);
+    quality_record_free(&r);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_motion_lasts_ten_minutes_with_engaging_and_parking),
+        cmocka_unit_test(a_record_without_a_sample_is_refused_at_any_limit),
         cmocka_unit_test(every_piece_starts_and_ends_at_neutral_and_none_overlap),
         cmocka_unit_test(a_stop_takes_four_seconds_at_most_however_slow_the_legs),
         cmocka_unit_test(a_bus_changes_amplitudes_only),

@@ -17,7 +17,7 @@ static const double REFERENCE_OFF = 1e-6;
 /* Frequency of the tone from which lag, balance and turn-around are taken. */
 static const double SLOW_HZ = 0.5;
 /* Lag of the second differences: so long that the rounding of the lengths at the window's ends
- * stays small in them, and so short that they reach to 60 Hz. */
+ * stays small in the differences, and so short that the differences show motion up to 60 Hz. */
 static const double LAG_S = 0.016;
 /* Share of a period to either side of a reversal that belongs to it. */
 static const double REVERSAL = 0.05;
@@ -102,7 +102,7 @@ static int check_missing(const struct quality_record *r, const struct quality_pl
     for (const struct quality_piece *p = plan->piece; p < plan->piece + plan->pieces; p++) {
         int missing = 0;
         for (int n = p->begin; n < p->begin + p->samples; n++) missing += !r->there[n];
-        if (!(100.0 * missing <= most_pct * p->samples))
+        if (missing == p->samples || !(100.0 * missing <= most_pct * p->samples))
             return error_set(error, STATUS_USAGE,
                              "%d of %d samples of the motion are missing or flagged from %.3f s on (%s%s%s), limit %g %% "
                              "(checks.excluded_pct): it was not run to its end, or look at `hexid check`",
@@ -213,7 +213,8 @@ static struct bins_beside take_bins(const struct window *w, const double (*pose)
     return r;
 }
 
-/* Largest magnitude of the acceleration beside the tone; at reversals only, if asked. */
+/* Largest magnitude of the acceleration beside the tone; if `reversals`, only near reversals of the
+ * response, which leads by lead_rad. */
 static double peak(const struct window *w, const double *beside, const struct quality_piece *p, double lead_rad, bool reversals) {
     double most = 0.0;
     for (int n = 0; n < w->samples; n++) {
@@ -275,7 +276,8 @@ static bool take_rest(struct quality *q, const struct quality_piece *p, const st
     return fits;
 }
 
-/* Mean error in the middle of all quarters that move upward, or downward. */
+/* Mean of reference less pose, in the middle of the quarters that move upward, or downward. The
+ * first and the last quarter are left out. */
 static double middle_error(const struct quality_piece *p, const struct quality_record *r, bool upward) {
     double sum = 0.0;
     int count = 0, quarter = p->samples / QUALITY_QUARTERS;
@@ -287,9 +289,10 @@ static double middle_error(const struct quality_piece *p, const struct quality_r
     return sum / count;
 }
 
-/* True if the platform followed within the first quarter, from the reference `followed` on, and
- * covered at least SLOPE_FOLLOWED of the distance between two peaks. If the backlash is wider than
- * the triangle, the platform rests on one side, which looks like no backlash at all. */
+/* True if the platform followed within the first quarter, `followed` being the reference at which
+ * it began to follow, and covered at least SLOPE_FOLLOWED of the distance between two peaks. If the
+ * backlash is wider than the triangle, the platform rests on one side, which looks like no backlash
+ * at all. */
 static bool follows(const struct quality_piece *p, const struct quality_record *r, double followed) {
     int quarter = p->samples / QUALITY_QUARTERS, up = p->begin + quarter, down = up + 2 * quarter;
     double way = r->pose[up][p->dof] - r->pose[down][p->dof];
