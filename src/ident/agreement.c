@@ -33,7 +33,7 @@ static double deviation(const struct estimate *one, const struct estimate *other
     return (one->value[c] - other->value[c]) / sqrt(variance);
 }
 
-/* Compares a log's values with the estimate from all other logs together. If these have no
+/* Compares a log's values with the estimate from all other logs together. If the other logs have no
  * solution, no value of the log is compared. */
 static void compare(int logs, const struct agreement_log *log, int l, const struct params *configured, struct others *o,
                     struct agreement *a) {

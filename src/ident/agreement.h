@@ -15,13 +15,14 @@ enum { AGREEMENT_LOGS = 16 };
  * (equations.h). */
 enum { AGREEMENT_VALUES = UNKNOWN_SYSTEMATIC };
 /* Level of significance: a difference counts as disagreement if the probability that noise alone
- * makes one as large is below this level. The overall test and the test of single values each give
- * a false alarm for one set of logs in a thousand. */
+ * makes a difference as large is below this level. The overall test and the test of single values
+ * each give a false alarm for one set of logs in a thousand. */
 #define AGREEMENT_PROBABILITY 1e-3
 
 struct agreement {
     int logs;
-    double deviation[AGREEMENT_LOGS][AGREEMENT_VALUES]; /* NaN: the value is not compared */
+    double deviation[AGREEMENT_LOGS][AGREEMENT_VALUES]; /* log less all others, in standard
+                                                         * deviations; NaN: not compared */
     /* true: the deviation is significant at the level AGREEMENT_PROBABILITY, corrected for the
      * number of compared values (Bonferroni) */
     bool apart[AGREEMENT_LOGS][AGREEMENT_VALUES];

@@ -1,11 +1,11 @@
 /* Measurements of systematic errors that do not use the equations of motion, from the
  * configuration's section `found`:
  *
- *   weight  the reading of a known weight (weighing.h) is wrong by the sum of the errors of the
- *           pressures' gains, each times its share; this shows the gain error that all pressures
- *           have in common
- *   stop    the reading of a leg on its lower end stop is wrong by the leg's zero, and by its gain
- *           times the distance from neutral to the stop
+ *   weight  the relative error of a known weight's reading (weighing.h) is the sum of the
+ *           pressures' gain errors, each times the pressure's share in the reading; it shows the
+ *           gain error that all pressures have in common
+ *   stop    the error of a leg's reading on its lower end stop is the zero of the leg's length,
+ *           plus the length's gain error times the distance from neutral to the stop
  *
  * Each is one linear equation h' s = value in the vector s of the systematic errors, with an error
  * of standard deviation std. An estimate x of covariance C is corrected by Bayes' rule, the update
@@ -29,20 +29,20 @@ struct calibration {
  * priors of the single gains are independent, so their mean has the standard deviation `std`. */
 struct common_gain {
     int sensors;           /* number of sensors with a prior; 0: none, or a known weight was read */
-    bool pressures;        /* they measure pressures, not forces */
+    bool pressures;        /* the sensors measure pressures, not forces */
     double tolerance;      /* standard deviation of one gain, model.tolerance.pressure_gain */
     double std;            /* standard deviation of the mean */
 };
 
-/* Finds the common gain's sensors and its standard deviation. systematic: the priors, as in struct
- * equations. */
+/* Counts the sensors that have a gain error, and finds the standard deviation of their common gain
+ * error. systematic: prior standard deviations, as in struct equations. */
 struct common_gain calibration_common_gain(const struct params *params, const double systematic[SYSTEMATICS]);
 
 /* Gathers the measurements that the configuration contains. */
 void calibration_find(const struct params *params, const struct kinematics *k, struct calibration row[CALIBRATIONS]);
 
-/* Corrects an estimate by one measurement, number `which`. The coefficients of basis functions are
- * not corrected. */
+/* Corrects an estimate by one measurement. which: its index, CALIBRATION_WEIGHT or CALIBRATION_STOP
+ * + leg. The coefficients of basis functions are not corrected. */
 void calibration_learn(const struct calibration *row, int which, struct estimate *e);
 
 /* Corrects an estimate by all measurements that the configuration contains. */

@@ -75,7 +75,8 @@ static double inverse_variance(double std) { return std > 0.0 ? 1.0 / square(std
  * lengths (1), for one standard deviation of their priors. It is mostly the gain that all sensors
  * have in common. Least squares would make the gains too large in this direction, because that
  * makes the noise smaller, and no motion distinguishes a common gain from a mass and a friction.
- * Therefore the scale is held at zero, and its prior is an error that all logs share. */
+ * Therefore the scale is held at zero, and its prior is an error that all logs share. Returns false
+ * if there is no such bias. */
 static bool scale_of(const struct equations *e, int scale, double direction[UNKNOWN_BASIS]) {
     int first = scale ? SYSTEMATIC_LENGTH_GAIN : SYSTEMATIC_P1_GAIN, end = scale ? SYSTEMATIC_LENGTH_ZERO : SYSTEMATIC_LENGTH_GAIN;
     double sum = 0.0;
@@ -111,7 +112,7 @@ static void add_priors(const struct equations *e, double matrix[MATRIX_ENTRIES][
     hold_scales(e, sum);
 }
 
-/* Adds the basis functions' prior and factors. */
+/* Adds the basis functions' prior to `factor`, and replaces the sum by its Cholesky factor. */
 static bool factor_basis(const struct equations *e, const double size[BASIS_SIZE], double factor[UNKNOWNS][UNKNOWNS]) {
     for (int c = UNKNOWN_BASIS; c < UNKNOWNS; c++) factor[c][c] += 1.0 / equations_basis_variance(e, c - UNKNOWN_BASIS, size);
     return dense_factor(UNKNOWNS, UNKNOWNS, factor[0]);
@@ -133,12 +134,12 @@ struct sizes {
     double skew_test_s, compliance_prior, compliance_std;
 };
 
-/* Narrows the prior of the compliance to what the data show of it. Without a prior they give the
- * value c with the variance v. The prior variance of greatest likelihood is c^2 - v, or 0 if that
- * is negative. It is also 0 if c is negative, because no leg has a negative compliance. The prior's
- * standard deviation is set accordingly, but at least to RIGID times the stated one and at most to
- * the stated one. A stiff machine's intervals then stay as narrow as without this unknown. own: the
- * equations without the departures of skews. */
+/* Narrows the prior of the compliance to what the data show of it. Without a prior the data give
+ * the compliance the value c with the variance v. The prior variance of greatest likelihood is c^2
+ * - v, or 0 if that is negative. The variance is also 0 if c is negative, because no leg has a
+ * negative compliance. The prior's standard deviation is set accordingly, but at least to RIGID
+ * times the stated one and at most to the stated one. A stiff machine's intervals then stay as
+ * narrow as without this unknown. own: the equations without the departures of skews. */
 static bool narrow_compliance(struct equations *own, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], const double size[BASIS_SIZE],
                               double factor[UNKNOWNS][UNKNOWNS], struct sizes *sizes) {
     enum { COMPLIANCE = UNKNOWN_SYSTEMATIC + SYSTEMATIC_COMPLIANCE };

@@ -1,15 +1,15 @@
-/* Method C's normal equations contain all information of a log, or of a part of a long one, about
- * the machine. They add up: the sum of several logs' equations yields one estimate from all their
- * rows, whatever a single log leaves undetermined, so nothing else of a log need be kept.
+/* Method C's normal equations contain all that a log, or a part of a long log, tells about the
+ * machine. They add up: the sum of several logs' equations yields one estimate from all their rows,
+ * whatever a single log leaves undetermined, so nothing else of a log need be kept.
  *
  * The unknowns are corrections to the configured machine: 21 entries of Mt, friction of each leg,
  * springs on the six coordinates of the pose, and the systematic errors of the sensors and of the
  * configured joint positions (systematic.h).
  *
  * The covariance of an estimate has two parts. Noise is independent from log to log and averages
- * out; the departures of single tests' skews (skews.h) are counted with it. Errors that all logs of
- * a machine share do not average out: the systematic errors and the errors of the legs' masses, as
- * far as the data do not determine them, and attenuation (Fuller 1987 section 1.1). Attenuation
+ * out; the departures of single tests' skews (skews.h) are counted with noise. Errors that all logs
+ * of a machine share do not average out: the systematic errors and the errors of the legs' masses,
+ * as far as the data do not determine them, and attenuation (Fuller 1987 section 1.1). Attenuation
  * arises because the noise of the accelerations is on both sides of the equations: an axis that
  * moves only within this noise seems to have no mass, so the entries are biased towards zero.
  * Ordinary threads; heap. */
@@ -61,13 +61,14 @@ struct test_skew {
 };
 
 struct equations {
-    /* X' W X, lower triangle. W is the rows' inverse covariance, divided by scatter^2 if the rows
-     * scatter by more than their noise. */
+    /* X' W X, lower triangle. X holds the coefficients of the rows. W is the rows' inverse
+     * covariance, divided by scatter^2 if the scatter (equations_scatter) exceeds 1. */
     double product[UNKNOWNS][UNKNOWNS];
     double with[UNKNOWNS];              /* X' W y, y the right-hand side */
-    /* Attenuation: expected change of `with` by noise that a column and the right-hand side share.
-     * Gains of pressures and lengths: this change, which is still in `with`. All other unknowns:
-     * the change has been subtracted from `with`, and its standard deviation is kept here. */
+    /* Attenuation: change of `with` by noise that a column and the right-hand side share. For gains
+     * of pressures and lengths the member is the expected change, which is still in `with`. For all
+     * other unknowns the expected change has been subtracted from `with`, and the member is its
+     * standard deviation. */
     double attenuation[UNKNOWNS];
     double systematic[SYSTEMATICS];     /* prior standard deviation of each systematic error; 0:
                                          * there is no such error */
@@ -101,10 +102,10 @@ struct equations {
  * prior of the matrix is given; the width of the basis functions' prior is found from all data
  * together (basis_sizes.h).
  *
- * With C = (X'WX + P)^-1, P = L L' the inverse covariance of the priors, the errors of the machine
- * change the values by the columns of -C L, each for one standard deviation, and noise alone has
- * the covariance C less the sum of the outer products of these changes. The changes by gains also
- * include those by their common scales, which are held at zero. */
+ * With C = (X'WX + P)^-1, P = L L' the inverse covariance of the priors, shared errors of one
+ * standard deviation change the values by the columns of -C L, and noise alone has the covariance C
+ * less the sum of the outer products of these changes. The changes by gains also include the effect
+ * of the gains' common scales, which are held at zero. */
 struct estimate {
     double value[UNKNOWNS];
     double noise[UNKNOWN_BASIS][UNKNOWN_BASIS];  /* covariance by noise, without basis functions */

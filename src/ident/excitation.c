@@ -20,7 +20,7 @@ struct imagined {
     struct cylinder_areas areas;
     struct inverse_dynamics dynamics;
     double follow[DOFS];            /* amplitude that each axis reaches, as a share of the
-                                     * reference's */
+                                     * reference's amplitude */
     double dry_n[LEGS];
     double length_m[3][LEGS];       /* lengths of the last three cycles, oldest first */
     uint64_t random;
@@ -61,8 +61,8 @@ static double read_length(struct imagined *m, int leg, double length_m) {
     return step_m > 0.0 ? step_m * round(read / step_m) : read;
 }
 
-/* Makes the sample of the middle one of three cycles; the other two give its rate and acceleration.
- * Returns false if no pose has these lengths. */
+/* Makes the sample of the middle one of three cycles; the other two give the rates and
+ * accelerations. Returns false if no pose has these lengths. */
 static bool sample_of(struct imagined *m, double test_time_s, const double ref[DOFS], struct recording_sample *s) {
     struct inverse_dynamics_input in = {0};
     double dt_s = m->params.loop.period_s, force_n[LEGS];
@@ -159,8 +159,9 @@ static int identify(struct imagined *m, struct recording *recording, struct meth
     return status;
 }
 
-/* Finds the variance that systematic errors (systematic.h) add to each entry. It is the same in
- * every draw and takes most of the time, so it is found only once, with the first draw. */
+/* Finds the variance that systematic errors (systematic.h) add to each entry. The variance is the
+ * same in every draw, and finding it takes most of the time, so it is found only once, with the
+ * first draw. */
 static int find_systematic(struct imagined *m, const struct method_result *exact, struct recording *recording, struct method_c *c,
                            double variance[DOFS][DOFS], struct error *error) {
     int status = identify(m, recording, c, error);

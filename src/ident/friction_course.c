@@ -96,7 +96,7 @@ static void find_direction(struct friction_course *c, const struct residual_test
 
 /* Integrates Dahl's law, dz = (direction - z) |dx| / give, over each step of the motion. z:
  * friction as a share of the sliding friction, -1..1. A cycle starts from its periodic state, a
- * segment from that of a sliding leg. */
+ * segment from the state of a sliding leg. */
 static void find_seal(const struct residual_test *t, const struct motion *m, int leg, double give_m, double z[PHASES]) {
     int n = t->phases;
     bool cycle = t->spectrum.cycles > 0;

@@ -1,15 +1,16 @@
 /* Dry friction as far as the motion alone determines it: each leg's direction of motion, how
- * certain it is, and the basis functions of dry friction beside a constant for each direction. All
- * values are for one newton of dry friction.
+ * certain this direction is, and the basis functions of dry friction beside a constant for each
+ * direction. All values are for one newton of dry friction.
  *
- * The speed is the speed of the mean cycle, each harmonic reduced by its share of noise (Wiener):
- * the higher harmonics of a steady test are mostly noise and would add false reversals of a slow
- * leg. A speed of finitely many harmonics is a mean over some time, its resolution. Such a mean
- * also lags where a leg reverses, because a friction F that reverses changes the leg's acceleration
- * a at once, by 2 F / m. The mean then passes zero later than the speed itself; the lag is between
- * zero (if F is small against m a) and a whole resolution (if the leg stops). So friction is given
- * the sign that the mean speed has half a resolution later. A segment's series is no mean cycle:
- * for it no lag is assumed, and the reversal is uncertain by one resolution to either side.
+ * The speed is that of the mean cycle, each harmonic reduced by its share of noise (Wiener),
+ * because the higher harmonics of a steady test are mostly noise and would add false reversals of a
+ * slow leg. A speed of finitely many harmonics is a mean over some time, its resolution. Such a
+ * mean also lags where a leg reverses, because a friction F that reverses changes the leg's
+ * acceleration a at once, by 2 F / m. The mean then passes zero later than the speed itself; the
+ * lag is between zero (if F is small against m a) and a whole resolution (if the leg stops). So
+ * friction is given the sign that the mean speed has half a resolution later. A segment's series is
+ * no mean cycle: for it no lag is assumed, and the reversal is uncertain by one resolution to
+ * either side.
  *
  * The instant of a reversal is uncertain for three independent reasons: the speed's noise; the lag,
  * uniform from zero to the whole resolution; and stick, below INVERSE_DYNAMICS_SLOW_MPS, where

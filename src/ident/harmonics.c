@@ -47,8 +47,8 @@ void harmonics_add(struct harmonics *h, double t_s, const double *values) {
 
 /* Normal equations with scaled regressors. The drift is scaled to unit length, all others by the
  * length of the constant: the column of a sine that is sampled only at its zeros then stays short,
- * and shows in the condition. The right-hand sides are the channels, then two unit vectors for the
- * fundamental, whose solutions are two columns of the inverse. */
+ * and shows in the condition number. The right-hand sides are the channels, then two unit vectors
+ * for the fundamental, whose solutions are two columns of the inverse. */
 struct normal_equations {
     double gram[REGRESSORS_MAX * REGRESSORS_MAX];
     double right[REGRESSORS_MAX * (CHANNELS_MAX + 2)], solution[REGRESSORS_MAX * (CHANNELS_MAX + 2)];

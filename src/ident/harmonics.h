@@ -3,11 +3,11 @@
  * equations are solved at the end.
  *
  * Normal equations are accurate enough here, because the regressors are nearly orthogonal over
- * whole periods. Scaled to unit length, their matrix has a condition below 4 ([1, t] alone has 3.7,
- * for t from 0 to any T), so squaring it costs one digit of sixteen. In the tests the result
- * differs by 3e-13 of the amplitude from that of an orthogonal decomposition in extended precision,
- * over 600 s. Squaring loses a residual that is small, however: rms and std have a floor of about
- * 1e-8 of the channel's rms. */
+ * whole periods. With each regressor scaled to unit length, their matrix has a condition number
+ * below 4 ([1, t] alone has 3.7, for t from 0 to any T), so squaring the matrix costs one digit of
+ * sixteen. In the tests the result differs by 3e-13 of the amplitude from that of an orthogonal
+ * decomposition in extended precision, over 600 s. Squaring loses a residual that is small,
+ * however: rms and std have a floor of about 1e-8 of the channel's rms. */
 #ifndef HEXID_HARMONICS_H
 #define HEXID_HARMONICS_H
 
@@ -25,7 +25,8 @@ struct harmonics {
                                   * avoid cancellation */
     /* Row of a regressor: sums of its products with all regressors, then with all channels. */
     double product[REGRESSORS_MAX][REGRESSORS_MAX + CHANNELS_MAX];
-    double square[CHANNELS_MAX]; /* sum of squares of each channel, less its offset */
+    double square[CHANNELS_MAX]; /* sum over the samples of the square of each channel less its
+                                  * offset */
 };
 
 struct harmonics_fit {
@@ -36,7 +37,7 @@ struct harmonics_fit {
     /* Standard deviation of the fundamental's coefficients (rms of sine and cosine), if the
      * residual is white. */
     double std[CHANNELS_MAX];
-    double condition;            /* condition of the regressors' matrix, with scaled columns
+    double condition;            /* condition number of the regressors' matrix, with scaled columns
                                   * (harmonics.c) */
 };
 
@@ -47,8 +48,8 @@ void harmonics_reset(struct harmonics *h, double omega, int harmonics, int chann
 void harmonics_add(struct harmonics *h, double t_s, const double *values);
 
 /* Solves the fit. Returns false, and *fit all NaN, if there are not more samples than unknowns, or
- * if the data cannot distinguish the unknowns (condition above 1e5: too short a time, a harmonic at
- * half the sampling rate). */
+ * if the data cannot distinguish the unknowns (condition number above 1e5: too short a time, a
+ * harmonic at half the sampling rate). */
 bool harmonics_solve(const struct harmonics *h, struct harmonics_fit *fit);
 
 #endif

@@ -63,7 +63,7 @@ static void open_test(struct ident *id, const struct cycle *c) {
     harmonics_reset(&id->fit, 2.0 * PI * hz, id->params->tests.harmonics, CHANNELS);
 }
 
-/* Computes pose and wrench of a sample, unless it is refused. */
+/* Computes pose and wrench of a sample. Returns why the sample is excluded, or REFUSED_NOT. */
 static enum refusal measure(struct ident *id, const struct cycle *c, double values[CHANNELS], double force_n[LEGS]) {
     enum refusal why = refusal_of(c, LEGS);
     if (why) return why;

@@ -4,9 +4,9 @@
  * Cycles go in one at a time, in the same order from the daemon and from a log, so that both give
  * bit-identical results. Memory is constant: each test is a running least-squares fit. Its forward
  * kinematics starts at the neutral pose with the first evaluated sample, so a log that lacks
- * earlier cycles gives the same result. Only cycles of the phase `evaluate` are used; refused ones
- * (refusal.h) are counted and excluded. Ordinary threads; no heap. SI units, rows and columns in
- * the order x y z phi theta psi. */
+ * earlier cycles gives the same result. Only cycles of the phase `evaluate` are used; of these,
+ * cycles for which refusal.h has a reason are counted and excluded. Ordinary threads; no heap. SI
+ * units, rows and columns in the order x y z phi theta psi. */
 #ifndef HEXID_IDENT_H
 #define HEXID_IDENT_H
 
@@ -37,8 +37,8 @@ struct identification {
                                    * reason in no_method_c: no method has a result */
     struct rest_found rest;       /* readings at rest before the supply came on */
     struct weighing_found weighed;/* reading of a known weight, from two logs */
-    /* Number of parts of a long motion, and of those without a result; 0 if the motion was
-     * evaluated as a whole. */
+    /* Number of parts of a long motion, and number of parts without a result; both 0 if the motion
+     * was evaluated as a whole. */
     int parts, parts_left_out;
     /* Agreement of the parts over time. If there are many parts, neighbours are joined into groups;
      * over_time.logs is the number of groups. */
@@ -55,8 +55,8 @@ struct ident {
     double pose[DOFS];            /* last pose, from which the next forward kinematics starts */
     int running;                  /* number of the test under way; -1: no test is under way */
     enum dof dof;
-    int64_t seen, excluded;       /* number of cycles in the running test's evaluated part, and of
-                                   * excluded ones among them */
+    int64_t seen, excluded;       /* number of cycles in the running test's evaluated part, and
+                                   * number of excluded cycles among them */
     double low, high;             /* smallest and largest reference of the tested axis in the
                                    * running test's evaluated part */
     double off_m[LEGS];           /* sum over good samples of the difference of each leg's length
@@ -72,16 +72,16 @@ struct ident {
  * refuses identification or the configured machine is impossible. */
 int ident_init(struct ident *id, const struct params *params, struct error *error);
 
-/* Takes one cycle. Returns true if it ended a test, whose result is then the last of
+/* Takes one cycle. Returns true if the cycle ended a test, whose result is then the last of
  * id->result.test[0 .. tests-1]. */
 bool ident_feed(struct ident *id, const struct cycle *cycle);
 
-/* Ends the stream and closes a test under way, which is refused (REFUSED_INCOMPLETE) unless its
+/* Ends the stream and closes a test under way, which is excluded (REFUSED_INCOMPLETE) unless its
  * evaluated part was over. Returns true if a test was under way; its result is then the last of
  * id->result.test[0 .. tests-1]. */
 bool ident_end(struct ident *id);
 
-/* Computes methods A, modified A and B if all six axes have tests that are not refused; otherwise
+/* Computes methods A, modified A and B if all six axes have tests that are not excluded; otherwise
  * `evaluated` of these methods is false. Returns true if methods A and B were evaluated. */
 bool ident_solve(struct ident *id);
 

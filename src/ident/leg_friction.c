@@ -18,7 +18,8 @@ struct work {
     struct params machine;              /* configuration without friction and effects
                                          * (matrix_bare_machine), with the springs that were
                                          * found */
-    double more[DOFS][DOFS];            /* matrix that was found, less the configured one */
+    double more[DOFS][DOFS];            /* matrix that was found less the configured matrix; 0 for
+                                         * entries that are not determined */
     struct inverse_dynamics dynamics;
 };
 
@@ -56,8 +57,9 @@ static bool needed(struct work *w, const struct residual_test *t, int phase, dou
     return inverse_dynamics_along_legs(j, force_n);
 }
 
-/* Finds the friction at the phases of a test, from the residual of method C's equation without
- * friction (residual.h). Returns false if no pose has these lengths. */
+/* Finds the friction at the phases of a test: the measured force less the force that the motion
+ * needs without friction, both as coefficient rows (residual.h). Returns false if no pose has these
+ * lengths. */
 static bool find_test(struct work *w, const struct residual_test *t, struct leg_friction_test *f) {
     double row[LEGS][RESIDUAL_SIZE], rate_mps[PHASES][LEGS];
     if (!t->chambers || !residual_staircase(t, &w->machine, row)) memset(row, 0, sizeof row);

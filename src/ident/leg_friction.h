@@ -1,9 +1,9 @@
-/* Measured friction of each leg, for plots: its force, less the force that inertia, weight and
- * springs need with the matrix and the springs that method C found (configured values for entries
- * that are not determined). Viscous friction shows as a slope over the leg's rate, dry friction as
- * a step at zero. A steady test yields a mean cycle of the harmonics that method C evaluates, so
- * the step overshoots (Gibbs); any other motion yields the middle of each segment. Ordinary
- * threads; heap. */
+/* Measured friction of each leg, for plots: the leg's force less the force that inertia, weight and
+ * springs need. Matrix and springs are those that method C found; an entry that is not determined
+ * has its configured value, a spring that is not determined is 0. Viscous friction shows as a slope
+ * over the leg's rate, dry friction as a step at zero. A steady test yields a mean cycle of the
+ * harmonics that method C evaluates, so the step overshoots (Gibbs); any other motion yields the
+ * middle of each segment. Ordinary threads; heap. */
 #ifndef HEXID_LEG_FRICTION_H
 #define HEXID_LEG_FRICTION_H
 

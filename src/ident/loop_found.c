@@ -16,8 +16,8 @@ double loop_found_factor(double found, double configured) {
     return by > 1.0 / LOOP_FOUND_MOST && by < LOOP_FOUND_MOST ? by : (double)NAN;
 }
 
-/* Factor from the configured value to the found one; 1 if it is no number, or if the two differ by
- * more than LOOP_FOUND_MOST times. */
+/* Factor from the configured value to the found one; 1 if the factor is no number, or if the two
+ * differ by more than LOOP_FOUND_MOST times. */
 static double factor(double found, double configured) {
     double by = loop_found_factor(found, configured);
     return isnan(by) ? 1.0 : by;
@@ -35,8 +35,8 @@ static struct found_leg compare(const struct loop_leg *model, const struct oil_l
     return f;
 }
 
-/* Corrects a leg. A delay longer than configured is added to the commands' delay; a shorter one
- * makes the spool faster. */
+/* Corrects a leg. If the delay found is longer than the configured one, the excess is added to the
+ * commands' delay; if it is shorter, the spool becomes faster. */
 static void correct(struct loop_leg *leg, const struct found_leg *f) {
     double spool_s = 2.0 * leg->spool_damping / leg->spool_radps;
     leg->viscous *= f->viscous;

@@ -27,8 +27,8 @@ struct loop_found {
 #define LOOP_FOUND_MOST 10.0
 struct loop_found loop_found(const struct loop_place *neutral, const struct params *params, const struct loop_survey *survey);
 
-/* Returns the factor from a configured value to a found one; NaN if it is not determined, or not
- * between 1 / LOOP_FOUND_MOST and LOOP_FOUND_MOST. */
+/* Returns the factor from a configured value to a found one; NaN if the factor is not determined,
+ * or not between 1 / LOOP_FOUND_MOST and LOOP_FOUND_MOST. */
 double loop_found_factor(double found, double configured);
 
 /* Corrects the legs of a place, and finds its modes anew. modal: the modes' weights. Returns false

@@ -101,8 +101,8 @@ static void find_speeds(const struct cylinder_model *m, int leg, struct loop_pla
     p->in_mps[leg] = pull_n > 0.0 ? sqrt(pull_n / cubes) : 0.0;
 }
 
-/* Axis that moves most in a mode, with angles multiplied by arm_m, the distance of the upper
- * joints. reach_m: motion of the platform in the mode. */
+/* Returns the axis that moves most in a mode, with angles multiplied by arm_m (kinematics.h).
+ * reach_m: motion of the platform in the mode. */
 static enum dof largest(double j[LEGS][DOFS], const double motion[LEGS], double arm_m, double *reach_m) {
     double inverse[DOFS][LEGS], most = 0.0, square = 0.0;
     enum dof dof = DOF_Z;

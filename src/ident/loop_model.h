@@ -17,8 +17,8 @@ struct loop_place {
     double motion[DOFS][LEGS], mass_kg[DOFS]; /* six modes of the oil columns: motion of the legs in
                                                * each, and modal mass divided by the sum of the
                                                * legs' squared motions */
-    /* Weights of modal.h in these modes: factor of kp, ki and kd in the command of mode [i] for an
-     * error of mode [j]; the identity if all modes have the same gains. */
+    /* Weights of modal.h in these modes: [i][j] is the factor of kp, ki and kd in the command of
+     * mode i for an error of mode j; the identity if all modes have the same gains. */
     double mix[DOFS][DOFS];
     enum dof dof[DOFS];                       /* axis that moves most in each mode */
     /* Motion of the platform in one unit of each mode, m: norm of the origin's motion and of arm_m

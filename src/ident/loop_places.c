@@ -5,13 +5,15 @@
 #include "kinematics.h"
 #include "params.h"
 
-static const double TRIED = 0.8;           /* poses are checked up to this share of the first leg's
-                                            * way to an end of its stroke */
+static const double TRIED = 0.8;           /* poses are checked up to the one in which some leg has
+                                            * gone this share of its way from neutral to an end of
+                                            * its stroke */
 static const double SEARCH = 10.0;         /* m or rad; upper bound of the search for the pose at a
                                             * stroke's end, larger than any stroke */
 enum { HALVINGS = 30 };
 
-/* True if every leg is within TRIED of the path from neutral to either end of its stroke. */
+/* True if no leg has gone more than the share TRIED of its way from neutral to either end of its
+ * stroke. */
 static bool within(const struct kinematics *k, const struct params *p, const double pose[DOFS]) {
     double length_m[LEGS];
     ik_lengths(k, pose, length_m);

@@ -6,8 +6,8 @@
 
 /* Largest accepted rms acceleration that the sensors' noise alone causes, as a share of
  * limits.oscillation_mps2. The rms over the worst quarter of a second is 1.5 to 2 times the
- * computed rms. With a share of 0.63 the platform exceeded limits.oscillation_mps2 for 0.4 s at
- * most, with 0.7 for 0.6 s (docs/validation.md). */
+ * computed rms. In simulations with a share of 0.63 the platform exceeded limits.oscillation_mps2
+ * for 0.4 s at most, with 0.7 for 0.6 s. */
 #define LOOP_NOISE_MOST 0.6
 
 enum { LOOP_WAY = 8, LOOP_PLACES = 1 + LOOP_WAY + 2 * DOFS };
@@ -34,7 +34,7 @@ bool loop_places_find(struct loop_places *all, const struct params *params, bool
  * are left out. */
 double loop_places_noise_mps2(const struct loop_places *all, const struct params *params);
 
-double loop_noise_most_mps2(const struct params *params); /* largest accepted value of it */
+double loop_noise_most_mps2(const struct params *params); /* largest accepted shaking */
 
 /* True if the worst pole is not known, or is unstable, so that its motion grows. */
 bool loop_grows(const struct loop_worst *worst);

@@ -24,8 +24,8 @@ static const double OSCILLATES = 0.95; /* a pair of poles counts as oscillating 
                                         * is less than this; with more a step hardly overshoots */
 
 /* Frequencies of a response: a logarithmic sweep from LOW times the oil's frequency to
- * NYQUIST_SHARE of half the sampling rate, and more frequencies on either side of the oil's, at
- * distances from PEAK_FROM to PEAK_TO of it. */
+ * NYQUIST_SHARE of half the sampling rate, and more frequencies on either side of the oil's
+ * frequency, at distances of PEAK_FROM to PEAK_TO times this frequency. */
 enum { SWEEP = 120, PEAK = (LOOP_ANSWERS - SWEEP) / 2 };
 static const double LOW = 1e-3, PEAK_FROM = 1e-3, PEAK_TO = 0.5, NYQUIST_SHARE = 0.98;
 
@@ -131,8 +131,8 @@ static struct delay delay_cycles(double delay_s, double dt_s) {
 static int kept(struct delay d) { return d.whole + (d.part > 0.0); }
 
 /* Fills the rows of the controller's states, and the command, each as a combination of the states
- * at a sample. The controller is pid.h without its limits, with a constant reference. error: change
- * of the command by an error of each reading. */
+ * at a sample. The controller is pid.h without its limits, with a constant reference. late: delay
+ * of the length's reading. error: change of the command by an error of each reading. */
 static void fill_controller(const struct cylinder_loop *c, const struct control_params *g, double dt_s, struct delay late,
                             struct cycle_map *m, double command[LOOP_POLES], double error[READINGS]) {
     double derive = dt_s / (g->tf + dt_s), low_pass = dt_s / (g->tp + dt_s), unit_n = UNIT_PA * c->a1_m2;

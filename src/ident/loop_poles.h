@@ -62,8 +62,8 @@ void loop_plant_find(const struct loop_leg leg[LEGS], const struct loop_mode_inp
                      struct loop_plant *plant);
 
 /* Rms acceleration of a mode that the sensors' errors, taken as white, cause in a stable loop; in
- * an unstable loop a huge number or NaN. Times shape->motion it is the acceleration of the legs,
- * m/s^2. */
+ * an unstable loop a huge number or NaN. Multiplied by shape->motion[k] it is the acceleration of
+ * leg k, m/s^2. */
 double loop_noise(const struct loop_leg leg[LEGS], const struct loop_mode_input *shape, const struct params *params);
 
 double loop_pole_hz(const struct loop_pole *pole);      /* magnitude |s| / 2 pi, Hz */

@@ -33,7 +33,7 @@ double loop_survey_loop_hz(const struct loop_survey *s);
 
 /* Amplitude of axis `dof`, relative to the reference of axis `driven`, at a frequency. It is
  * interpolated between the neighbouring tones of the driven axis; outside the range of these tones
- * it is that of the nearest one. */
+ * it is the amplitude at the nearest tone. */
 double complex loop_survey_response(const struct loop_survey *s, enum dof driven, enum dof dof, double hz);
 
 /* Amplitude of an axis, relative to its own reference, at a frequency. */

@@ -28,8 +28,8 @@ static const double MODE_DAMPING = 0.06, MODE_SHARE = 0.9; /* least damping of e
                                                             * controller must keep the share
                                                             * MODE_SHARE of its own damping */
 static const double PASS_PERIODS = 3.0;    /* time constant tp of the high-pass, as a multiple of 1
-                                            * / w of the slowest mode, at which it then adds less
-                                            * than 19 degrees of lead */
+                                            * / w, w the frequency of the slowest mode, where the
+                                            * high-pass then adds less than 19 degrees of lead */
 static const double KFF_LEAST = 0.75, KFF_MOST = 1.3, KFF_STEP = 0.01; /* range of kff, as a
                                                                         * multiple of the value that
                                                                         * follows from the valve's
@@ -100,8 +100,8 @@ static struct loop_mode_input shape_of(const struct field *f, int place, int mod
     return loop_place_mode(&f->places.place[place], mode);
 }
 
-/* Sets the controller that is tried next. Returns false, and keeps the present one, if the modal
- * gains of the new one cannot be computed. */
+/* Sets the controller that is tried next. Returns false, and keeps the present controller, if the
+ * modal weights of the new one cannot be computed. */
 static bool take(struct field *f, const struct control_params *g) {
     struct modal modal;
     bool same = g->modal == f->params.control.modal;
@@ -211,9 +211,9 @@ static bool field_init(struct field *f, const struct params *params, bool bus, e
 
 /* ---- performance of a controller ---- */
 
-/* Largest error of the opening that kff gives. A leg at speed v needs an opening of v / (its speed
- * at full opening in this direction); kff gives kff v, and an error of position, times kp, must
- * give the difference. */
+/* Largest error, at the fastest motion, of the opening that kff gives. A leg at speed v needs an
+ * opening of v / (its speed at full opening in this direction), and kff gives kff v. The position
+ * error times kp must give the difference. */
 static double missing_opening(const struct field *f, double kff) {
     double out_mps, in_mps;
     speeds(f, &out_mps, &in_mps);
@@ -224,7 +224,8 @@ static double following_m(const struct field *f, const struct control_params *g)
     return g->kp > 0.0 ? missing_opening(f, g->kff) / g->kp : HUGE_VAL;
 }
 
-/* Largest error of a mode's amplitude at its axis's test, at neutral. */
+/* Largest error of a mode's amplitude, relative to its reference, at the frequency of its axis's
+ * test, at neutral. */
 static struct loop_least amplitude_off(const struct field *f, const struct control_params *g) {
     const struct loop_place *p = &f->places.place[0];
     struct loop_least most = {0};
@@ -339,8 +340,8 @@ static struct control_params gains_of(const struct field *f, double kff, double 
     return g;
 }
 
-/* Finds the largest kp with which the gains meet the requirements, for this kpf; kp = 0: the least
- * kp that is tried does not meet them, or least_kp, the best kp so far, does not. */
+/* Finds the largest kp with which the gains meet the requirements, for this kpf. Returns kp = 0 if
+ * the least kp that is tried does not meet them, or if least_kp, the best kp so far, does not. */
 static struct control_params best_of_kpf(struct field *f, double kff, double tp, double kpf, double damping, double least_kp) {
     const struct required required = {.damping = damping};
     double most = TUNE_BANDWIDTH * kff * f->plant[0][0].oil_radps, low = most / KP_RANGE, high = most;
@@ -392,7 +393,8 @@ static void match_amplitudes(const struct field *f, struct control_params *g) {
 }
 
 /* Finds gains for the largest damping that any gains reach, with kp large enough for the legs to
- * follow. A slow machine needs a longer tp: the high-pass must pass the slowest mode's force. */
+ * follow; if no kp is, returns the gains with the largest kp. wanted: set to this damping. A slow
+ * machine needs a longer tp: the high-pass must pass the slowest mode's force. */
 static struct control_params find(struct field *f, const struct control_params *now, double kff, double *wanted) {
     double slow_s = with_digits(PASS_PERIODS / f->plant[0][0].oil_radps, 2);
     double kp_least = missing_opening(f, kff) / (TUNE_FOLLOWING * f->params.limits.following_m);

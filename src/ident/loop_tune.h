@@ -7,11 +7,11 @@
  * tests then reach. kp is the largest with which, for some kpf, the loop meets four requirements;
  * ki is TUNE_INTEGRAL kp times the bandwidth. First, in every pose every mode must have a gain
  * margin of TUNE_GAIN_DB, a phase margin of TUNE_PHASE_DEG at the valve command, and stable poles.
- * Second, the slowest mode of the oil must have a damping ratio of TUNE_DAMPING, or the next
- * smaller one of a list that can be reached, at neutral and on the way down to parking. Third, each
- * mode must have a least damping at neutral (MODE_DAMPING in loop_tune.c). Fourth, the acceleration
- * that the sensors' noise causes must be small (NOISE_SHARE in loop_tune.c). Ordinary threads;
- * heap. */
+ * Second, the slowest mode of the oil must have a damping ratio of TUNE_DAMPING or, if no gains
+ * reach it, the largest smaller one of a list that gains do reach, at neutral and on the way down
+ * to parking. Third, each mode must have a least damping at neutral (MODE_DAMPING in loop_tune.c).
+ * Fourth, the acceleration that the sensors' noise causes must be small (NOISE_SHARE in
+ * loop_tune.c). Ordinary threads; heap. */
 #ifndef HEXID_LOOP_TUNE_H
 #define HEXID_LOOP_TUNE_H
 
@@ -80,19 +80,19 @@ struct loop_tune {
     enum loop_part limit;        /* part whose improvement adds most damping; none: all requirements
                                   * are met, the parts were not tried, or no part helps alone */
     double part_damping[LOOP_PARTS]; /* damping of the slowest mode that is reached with the valve,
-                                      * or the cycle and its delay, four times as fast, or with oil
-                                      * twice as stiff; 0: not tried */
+                                      * or the cycle and the delays, four times as fast, or with oil
+                                      * twice as stiff; 0: not tried, or no gains found */
 };
 
-/* Finds gains. bus: the machine is on a field bus. parts: also look for the limiting part; each
- * part takes as long as finding the gains. Returns -2 if the supply cannot hold the platform up at
- * neutral, modal_init() cannot compute the modal weights of the configured controller, or a delay
- * exceeds LOOP_DELAY_MOST cycles; -3 without memory. */
+/* Finds gains. bus: the machine is on a field bus. parts: if the requirements are not met, also
+ * look for the limiting part; each part takes as long as finding the gains. Returns -2 if the
+ * supply cannot hold the platform up at neutral, modal_init() cannot compute the modal weights of
+ * the configured controller, or a delay exceeds LOOP_DELAY_MOST cycles; -3 without memory. */
 int loop_tune(const struct params *params, bool bus, bool parts, struct loop_tune *result, struct error *error);
 
 /* Finds gains for the machine as a survey found it at neutral, in place of the configured one:
  * payload, friction, oil, valves, and delays including those of a bus. The survey must be
- * determined. */
+ * determined. Errors as loop_tune(). */
 struct loop_survey;
 int loop_tune_surveyed(const struct params *params, const struct loop_survey *survey, struct loop_tune *result, struct error *error);
 

@@ -37,8 +37,8 @@ static bool contradicted(int count, const struct found_value x[], const double n
     return degrees > 0 && agreement_chi_square_above(sum, degrees) < FOUND_CONTRADICTED;
 }
 
-/* Replaces measured values by their means with the configured ones. A value that is not determined
- * becomes the configured one, with std NaN. */
+/* Replaces each measured value by the mean of measured and configured value, by found_mean(). A
+ * value that is not determined becomes the configured value, with std NaN. */
 static void weigh(int count, struct found_value x[], const double nominal[], const double tolerance_std[]) {
     bool other = contradicted(count, x, nominal, tolerance_std);
     for (int i = 0; i < count; i++) {
@@ -93,9 +93,9 @@ static const char *const payload_keys[PAYLOAD_VALUES] = {"payload.mass_kg",     
                                                          "payload.inertia_yz_kg_m2"};
 
 /* The configured values as payload.h counts them, and the standard deviations of their tolerance.
- * The tolerance is a share of the mass. If this share is elsewhere in the body, it moves the centre
- * by this share of the radius of gyration, and changes products of inertia by this share of
- * sqrt(I_ii I_jj). */
+ * The tolerance is a share of the mass. If this part of the mass is elsewhere in the body, it moves
+ * the centre by this share of the radius of gyration, and changes products of inertia by this share
+ * of sqrt(I_ii I_jj). */
 static void configured_payload(const struct params *p, double nominal[PAYLOAD_VALUES], double std[PAYLOAD_VALUES]) {
     const struct payload_params *load = &p->payload;
     double share = UNIFORM * p->model.tolerance.mass, xx = load->inertia_xx_kg_m2, yy = load->inertia_yy_kg_m2, zz = load->inertia_zz_kg_m2;
@@ -163,7 +163,7 @@ static void take_payload(struct machine_found *f, const struct params *configure
 /* ---- friction ---- */
 
 /* True if the configuration has an effect of friction along the legs besides viscous and dry
- * friction, which method C's values replace. name: set to this effect. */
+ * friction, whose values method C replaces. name: set to the name of the first such effect. */
 static bool other_friction(const struct params *p, int viscous, int dry, const char **name) {
     for (int i = 0; effect_table[i]; i++) {
         if (!p->effects[i].on || !effect_table[i]->leg_friction || i == viscous || i == dry) continue;
@@ -246,7 +246,8 @@ bool machine_found_is_survey(const struct params *p) {
     return !strcmp(p->tests.trajectory, "survey") && p->tests.repeat == MULTISINE_PASSES;
 }
 
-/* Takes a parameter of each leg that a survey found as a factor of the configured one. */
+/* Takes a parameter of each leg. by: factor from the configured value to the value that a survey
+ * found. */
 static void take_factors(struct machine_found *f, const char *key, double value[LEGS], double tolerance,
                          const struct found_value by[LEGS]) {
     double was[LEGS], std[LEGS];
@@ -260,9 +261,10 @@ static void take_factors(struct machine_found *f, const char *key, double value[
     note_values(f, key, LEGS, x, was);
 }
 
-/* The factor of the valve's flow. In the laws of oil_columns.h, g / c of a chamber is the valve's
- * gain divided by the piston's area. The deviations of both chambers are averaged as fully
- * correlated ones, because the chambers share length and delay. */
+/* Factor from the configured to the found flow of the valve. In the laws of oil_columns.h, g / c of
+ * a chamber is the valve's gain divided by the piston's area. The standard deviations of both
+ * chambers are averaged, as for fully correlated errors, because the chambers share length and
+ * delay. */
 static struct found_value flow_factor(const struct oil_leg *found, const struct valve_flow *configured) {
     struct found_value by = {.std = isnan(found->stiffness) ? (double)NAN : 0.0};
     for (int i = 0; i < 2; i++) {
@@ -311,8 +313,8 @@ static void take_leakage(struct machine_found *f, const struct loop_survey *surv
     note_values(f, "hydraulics.leakage_m3_per_s_pa", LEGS, x, was);
 }
 
-/* Takes the legs' mean delay beyond that of the valves and half a cycle of holding. The scatter of
- * the legs gives its interval. */
+/* Takes the mean over the legs of the delay beyond the valve's own and half a cycle of holding. The
+ * scatter of the legs gives its interval. */
 static void take_delay(struct machine_found *f, const struct kinematics *k, const struct loop_survey *survey) {
     double sum = 0.0, squares = 0.0, was = f->params.control.delay_s;
     int legs = 0;

@@ -3,21 +3,21 @@
  *
  * The error of a feed-forward is linear in these parameters, so its mean square is least if each
  * parameter is set to its mean given all that is known. A parameter was measured as x with the
- * variance s^2, and the configuration says n, uniform within a tolerance (model.tolerance), with
- * the variance t^2: the mean is n + w (x - n) with w = t^2 / (t^2 + s^2), and its variance w s^2.
- * Method C's payload and friction and a survey's oil do not depend on the configured values, so n
- * is not counted twice.
+ * variance s^2. The configuration says n, uniform within a tolerance (model.tolerance), with the
+ * variance t^2. The mean is then n + w (x - n) with w = t^2 / (t^2 + s^2), and its variance is w
+ * s^2. Method C's payload and friction and a survey's oil do not depend on the configured values,
+ * so n is not counted twice.
  *
  * A stated tolerance may be wrong. The sum of (x - n)^2 / (s^2 + t^2) over a group (the values of
- * the payload, or one parameter of all legs) is a chi-square if the tolerance is right. If so large
- * a chi-square has a smaller probability than FOUND_CONTRADICTED, the configuration is that of
+ * the payload, or one parameter of all legs) is a chi-square if the tolerance is right. If the
+ * probability of so large a chi-square is below FOUND_CONTRADICTED, the configuration describes
  * another payload, oil or seal, and w = 1 for the group. A value that is not determined stays as
  * configured.
  *
  * Dry friction has no tolerance. The mean over both directions is used, because a constant error of
- * a leg's force (a pressure's zero, the weight) cancels in it. The six legs' seals are of one make,
- * so their frictions have one unknown rms size a: w = a^2 / (a^2 + s^2), a^2 the mean of x^2 - s^2
- * (empirical Bayes). So friction that is only noise is not compensated. Pure. */
+ * a leg's force (a pressure's zero, the weight) cancels in the mean. The six legs' seals are of one
+ * make, so their frictions have one unknown rms size a: w = a^2 / (a^2 + s^2), a^2 the mean of x^2
+ * - s^2 (empirical Bayes). So friction that is only noise is not compensated. Pure. */
 #ifndef HEXID_MACHINE_FOUND_H
 #define HEXID_MACHINE_FOUND_H
 
@@ -53,9 +53,9 @@ void machine_found(const struct params *configured, const struct method_c *c, co
 /* True if a log with this configuration is that of a survey (hexid run --survey). */
 bool machine_found_is_survey(const struct params *params);
 
-/* Adds a survey's oil, valves, leakage and delay to `found`; call it after machine_found(). If the
- * configuration is that of the survey's run, the survey's motion is removed from it, so that it has
- * the tests again. */
+/* Adds a survey's oil, valves, leakage and delay to `found`; call it after machine_found(). The
+ * configuration of a survey's run states the survey's motion in place of the tests'; this motion is
+ * removed, so that the tests are back. */
 void machine_found_survey(const struct loop_survey *survey, struct machine_found *found);
 
 #endif

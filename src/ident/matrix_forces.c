@@ -10,7 +10,7 @@ void matrix_bare_machine(struct params *p) {
 }
 
 /* Adds the wrench that carries the weight of the body that a matrix implies. The body's mass is the
- * mean of three entries of Mt; each of its moments m c is the mean of two. */
+ * mean of three entries of Mt; each component of its moment m c is the mean of two entries. */
 static void add_weight(const double mt[DOFS][DOFS], const double rotation[3][3], double gravity_mps2, double wrench[DOFS]) {
     static const struct {
         int row, column, axis; /* axis: component of the moment m c, 0..2 */

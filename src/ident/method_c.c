@@ -44,8 +44,8 @@ struct rows {
     double covariance[ROWS * ROWS];
 };
 
-/* A machine whose sensors and joints have these systematic errors, and a test's series with these
- * errors undone. */
+/* A machine whose sensors and joints have the systematic errors `error`, and a test's series with
+ * these errors undone. */
 struct suspect {
     double error[SYSTEMATICS];
     struct params machine;
@@ -56,8 +56,8 @@ struct work {
     const struct params *params; /* configuration without friction and effects
                                   * (matrix_bare_machine) */
     struct cylinder_model cylinder;
-    struct suspect found, other; /* the machine with the errors as found so far; and with one of
-                                  * them changed */
+    struct suspect found, other; /* found: machine with the errors as found so far; other: the same
+                                  * with one error changed */
     struct residual_data data;
     struct rows rows;
     struct rigid_state state[PHASES]; /* states of the platform at the phases of the current test */
@@ -86,8 +86,8 @@ static const char no_inertia[] = "method C: the configured machine has no inerti
 static const char no_such_machine[] = "method C: model.tolerance: no pose of a machine whose joints or sensors are off by so much has "
                                       "these lengths: make joints_m, length_gain or length_zero_m smaller";
 
-/* Fills a suspect for given systematic errors: its machine has those of the joints, and its series
- * is the test's, corrected for those of the sensors and pipes. */
+/* Fills a suspect for given systematic errors: its machine has the errors of the joints, and its
+ * series is the test's series, corrected for the errors of the sensors and pipes. */
 static void suspect_init(const struct work *w, const double error[SYSTEMATICS], int test, struct suspect *s) {
     memcpy(s->error, error, sizeof s->error);
     s->machine = *w->params;
@@ -241,9 +241,9 @@ static void measured_off(struct work *w, int test, int error, double by, double 
 }
 
 /* Linearises the rows in the systematic errors, about their values found so far. The column of an
- * error is the change of the needed less that of the measured force; the right-hand side is
- * extrapolated to errors of zero. Returns false if a machine with such an error cannot move as
- * measured. */
+ * error is the change of the needed force less the change of the measured force; the right-hand
+ * side is extrapolated to errors of zero. Returns false if a machine with such an error cannot move
+ * as measured. */
 static bool fill_systematic(struct work *w, int test) {
     struct rows *r = &w->rows;
     double needed_n[ROWS], below_n[ROWS], above_n[ROWS];
@@ -359,10 +359,10 @@ static void attenuate_pipes(struct work *w, const struct residual_test *t, int a
     to[SYSTEMATIC_PIPE_REST + leg] -= each;
 }
 
-/* Adds the attenuation by the noise n of one leg's force, which grows with the lag that is undone:
- * the lag's column has -i w n where the right-hand side has (1 + i w T) n. Without this correction
- * the bias alone would decide between lag and skew, because a skew leaves noise as it is and can
- * replace a small lag. */
+/* Adds the attenuation of the lag T by the noise n of one leg's force. Undoing the lag amplifies
+ * this noise: the right-hand side has (1 + i w T) n, and the lag's column has -i w n. Without this
+ * correction the bias alone would decide between lag and skew, because a skew leaves noise as it is
+ * and can replace a small lag. */
 static void attenuate_lags(struct work *w, const struct residual_test *t, int a, int leg, double force) {
     const double *found = w->found.error;
     double pull = square(t->rate[a]) * (found[SYSTEMATIC_LAG] + found[SYSTEMATIC_LAG_REST + leg]) * force;
@@ -408,9 +408,9 @@ static void add_attenuation(struct work *w, const struct residual_test *t) {
 }
 
 /* Adds the variance that rounding errors which repeat in every cycle give to a test's sum of
- * squared residuals. These errors follow from where the lengths lie within the sensor's step. This
- * is one draw for the whole test, and legs that move alike have the same errors; therefore all rows
- * together count as one degree of freedom. Call this after invert(). */
+ * squared residuals. These errors follow from the places of the lengths within the sensor's step.
+ * The places are one draw for the whole test, and legs that move alike have the same errors;
+ * therefore all rows together count as one degree of freedom. Call this after invert(). */
 static void add_repeating(struct work *w, const struct residual_test *t) {
     double share = 0.0;
     for (int a = 0; a < t->size; a++)
@@ -494,8 +494,8 @@ static int prepare_tests(struct work *w, struct error *error) {
 }
 
 /* Finds the weighted sum of squared residuals, y' W y - x' X' W y. Because x minimises residuals
- * and prior together, this equals y' V^-1 y, V the rows' covariance with the basis functions' prior
- * added. */
+ * and prior together, this equals y' V^-1 y, where V is the rows' covariance plus the covariance
+ * that the priors of the unknowns give the rows. */
 static void find_rest(struct work *w) {
     /* With the prior that the payload is rigid, the matrix has only the ten parameters of a
      * body. */

@@ -7,14 +7,14 @@
  *
  * The unknowns are the 21 entries of a symmetric Mt at neutral, and for each leg viscous friction b
  * and dry friction e (extending) and r (retracting). A constant error of the force enters e and r
- * with opposite signs. K are springs on the coordinates of the pose (hoses and cables), fitted only
- * if model.tolerance allows any, with a prior of that width: at a single frequency they equal an
- * inertia of -K / w^2. `rest` is small near neutral and computed from the configured bodies:
- * velocity terms, the change of Mt with the pose, the legs' weight. If the payload differs from the
- * configured one, the difference of its weight is part of the entries' columns, so the stiffness
- * that this weight causes is not mistaken for inertia, as it is in method A. Effects in the
- * configuration are left out. The ripple that held commands leave in synchronous samples is
- * subtracted (residual_staircase).
+ * with opposite signs. K are springs on the coordinates of the pose (hoses and cables). They are
+ * fitted only if model.tolerance allows any, with a prior of that width, because at a single
+ * frequency they act like an inertia of -K / w^2. `rest` is small near neutral and computed from
+ * the configured bodies: velocity terms, the change of Mt with the pose, the legs' weight. If the
+ * payload differs from the configured one, the difference of its weight is part of the entries'
+ * columns, so the stiffness that this weight causes is not mistaken for inertia, as it is in method
+ * A. Effects in the configuration are left out. The ripple that held commands leave in synchronous
+ * samples is subtracted (residual_staircase).
  *
  * Three kinds of dry friction are fitted beside the constants (friction_course.h): friction that
  * depends on speed (Stribeck, six basis functions), on the pressures, or on a seal that deforms
@@ -104,7 +104,7 @@ int method_c_solve(const struct equations *equations, const struct params *confi
  * method_c_solve(). */
 int method_c(const struct recording *recording, struct method_c *result, struct error *error);
 
-/* Fills m->at_pose for this pose. Returns -2 if a leg's stroke does not reach it. */
+/* Fills m->at_pose for this pose. Returns -2 if a leg's stroke does not reach this pose. */
 int method_c_at_pose(struct method_c *m, const struct params *params, const double pose[DOFS], struct error *error);
 
 /* Value and standard deviation of an unknown, given by its index in the equations, which must be

@@ -14,6 +14,7 @@
 static const double UNDETERMINED = 0.2;          /* an entry is determined if its standard deviation
                                                   * is less than this share of sqrt(M_ii M_jj) */
 static const double UNDETERMINED_FRICTION = 0.1; /* friction is determined if its standard deviation
+                                                  * (for viscous friction times the legs' rms speed)
                                                   * is less than this share of the varying force */
 static const double FREE = 10.0;                 /* rigidity so large that the prior of one rigid
                                                   * body has no effect on the entries */

@@ -88,7 +88,7 @@ static void check_dissipates(double value, double variance, double level, const 
 }
 
 /* Checks viscous friction, and the mean dry friction of both directions: a constant error of the
- * force enters these with opposite signs, so their mean is free of it. */
+ * force enters the two directions with opposite signs, so their mean is free of the error. */
 static void check_friction(const struct method_c_findings *f, double level, struct verdict *v) {
     const struct estimate *e = f->estimate;
     for (int leg = 0; leg < LEGS; leg++) {
@@ -106,8 +106,8 @@ static double above(double z) { return 0.5 * erfc(z / sqrt(2.0)); }
 
 /* Checks that the rows' residuals are noise. Each residual is divided by a deviation that is itself
  * estimated from the differences of the cycles, so it is distributed as Student's t with n degrees
- * of freedom, one less than the cycles. Their sum is nearly normal; rounding errors add to its
- * variance. */
+ * of freedom, one less than the cycles. The sum of the squared residuals is nearly normal; rounding
+ * errors add to its variance. */
 static void check_fit(const struct method_c_findings *f, double level, struct verdict *v) {
     double n = f->equations->cycles - 1.0, free = f->equations->free;
     if (!(n > 4.0) || !(free > 0.0)) return;
@@ -198,11 +198,11 @@ static void check_systematic(const struct method_c_findings *f, double level, st
 }
 
 /* Fails a difference between the gains of all P2 and of all P1. Areas that are wrong alike in all
- * legs act as a gain of all P1 and another of all P2. What the two have in common scales all
- * forces, and no motion tells it, but their difference is told well. With P the prior covariance of
+ * legs act as a gain of all P1 and another of all P2. The common part of the two scales all forces,
+ * and no motion shows it, but their difference is determined well. With P the prior covariance of
  * the gains, C the posterior one and d a unit of the difference, the estimate g has the covariance
  * P - C, and a difference s shifts it by s (P - C) P^-1 d; the best estimate of s is d' P^-1 g,
- * divided by its variance d' P^-1 (P - C) P^-1 d. */
+ * divided by the variance of d' P^-1 g, d' P^-1 (P - C) P^-1 d. */
 static void check_areas(const struct method_c_findings *f, double level, struct verdict *v) {
     double weight[2 * LEGS], score = 0.0, prior = 0.0;
     for (int i = 0; i < 2 * LEGS; i++) {
@@ -225,10 +225,11 @@ static void check_areas(const struct method_c_findings *f, double level, struct 
                 100.0 * score / information, 100.0 * NUMERIC_95 / sqrt(information), 100.0 / sqrt(prior));
 }
 
-/* Fails systematic errors that are likely each, but not together: an error that is not among the
- * unknowns, such as wrong diameters or a sensor that is not linear, is explained by many of them at
- * once. If the priors are right, the estimates have the prior covariance less the posterior one;
- * its eigenvectors against the prior are the combinations that the data tell independently. */
+/* Fails systematic errors of which each alone is likely, but not all together: an error that is not
+ * among the unknowns, such as wrong diameters or a sensor that is not linear, is explained by many
+ * of them at once. If the priors are right, the estimates have the prior covariance less the
+ * posterior one; its eigenvectors against the prior are the combinations that the data tell
+ * independently. */
 static void check_all_systematic(const struct method_c_findings *f, double level, struct verdict *v) {
     struct errors e;
     int judged[LIN_MAX], n = 0, degrees = 0;

@@ -2,7 +2,8 @@
  *
  * Each check is a statistical test, whose statistic has a known distribution for a true result:
  *
- *   fit        residuals of the rows, whose noise is estimated from the cycles: Student's t
+ *   fit        sum of squared residuals of the rows, whose noise is estimated from the cycles, so
+ *              that each residual is distributed as Student's t: one-sided normal test
  *   systematic no systematic error of sensors or joints is further from zero than its prior
  *              allows: two-sided normal tests
  *   areas      the gains of all P2 do not differ from those of all P1, as wrong diameters would
@@ -39,7 +40,7 @@ struct method_c_findings {
 };
 
 /* Judges a result of method_c_solve(). Undetermined values are judged, too, each with its large
- * variance. */
+ * variance; only the check `one body` needs a matrix whose entries are all determined. */
 struct verdict method_c_verdict(const struct method_c_findings *f);
 
 /* Returns the verdict of method C if it has no result: VERDICT_NOT_EVALUATED. reason: why there is

@@ -10,7 +10,8 @@
 enum { N_MAX = 2 * DOFS };
 
 /* Equations X U = H with n unknowns in each row of X; columns belong to tests. Rows of U are
- * divided by `unit`, their ideal size, so that the condition has no unit; x is converted back. */
+ * divided by `unit`, their ideal size, so that the condition number has no unit; x is in SI units
+ * again. */
 struct equations {
     int n;
     double u[N_MAX * N_MAX], inverse[N_MAX * N_MAX];

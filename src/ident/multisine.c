@@ -29,7 +29,7 @@ double multisine_rate_limit_mps(const struct params *p) {
     return least;
 }
 
-/* Gives all tones the same speed of the legs, and scales their sum to SHARE of
+/* Gives all tones the same speed of their fastest leg, and scales the sum of the tones to SHARE of
  * multisine_rate_limit_mps(). */
 static void scale(struct multisine *m, const struct params *params, double j[LEGS][DOFS]) {
     double most = 0.0, rate_mps = SHARE * multisine_rate_limit_mps(params);

@@ -2,9 +2,10 @@
  * axes; and its measured response, tone by tone. Ordinary threads; heap.
  *
  * Tones are harmonics of 0.25 Hz, evenly spaced in log frequency from 1 Hz to 32 Hz (at most a
- * sixteenth of the loop's rate), given to the axes in turn. All move the legs at the same speed.
- * Together they give the fastest leg an rms rate of a twenty-fifth of multisine_rate_limit_mps().
- * Phases after Schroeder 1970 avoid peaks. The first pass is for settling. */
+ * sixteenth of the loop's rate), given to the axes in turn. Each tone moves its fastest leg at the
+ * same speed. All tones together give the fastest leg an rms rate of a twenty-fifth of
+ * multisine_rate_limit_mps(). Phases after Schroeder 1970 avoid peaks. The first pass is for
+ * settling. */
 #ifndef HEXID_MULTISINE_H
 #define HEXID_MULTISINE_H
 
@@ -28,7 +29,7 @@ struct multisine {
     double peak_mps;             /* peak rate of the fastest leg */
 };
 
-/* Computes the motion. Returns -2 for a mechanism that refuses it, impossible geometry, or a
+/* Computes the motion. Returns -2 for a mechanism that has no survey, impossible geometry, or a
  * loop that is too slow for six tones an axis. */
 int multisine_init(struct multisine *m, const struct params *params, struct error *error);
 
@@ -45,9 +46,11 @@ struct multisine_mean {
     const struct multisine *multisine;
     struct recording_sample *sample; /* [samples]: mean samples; test_time_s counts from the start
                                       * of a pass */
-    double complex *wave;                     /* [tones][samples]: weights 2 / samples exp(-i w t),
-                                               * whose sum over a series is a tone's amplitude */
-    int passes;                               /* number of passes that were averaged */
+    double complex *wave;                     /* [tones][samples]: weights 2 / samples exp(-i w t);
+                                               * the sum of a series times these weights is a tone's
+                                               * amplitude */
+    int passes;                               /* mean number of samples that were averaged at an
+                                               * instant of the pass, rounded down */
     /* rms deviation of single samples from the mean at the same instant of the pass */
     double noise_m[LEGS], noise_pa[2][LEGS];
 };

@@ -48,7 +48,7 @@ static double flow_of(const struct hydraulics_params *h, int chamber, double ope
     return chamber ? -extends * emptying - retracts * filling : extends * filling + retracts * emptying;
 }
 
-/* Derivative of this flow by the opening. */
+/* Derivative of flow_of() by the opening. */
 static double slope_of(const struct hydraulics_params *h, int chamber, double opening, double pressure_pa) {
     double filling = root(h->supply_pa - pressure_pa), emptying = root(pressure_pa - h->tank_pa);
     return chamber ? -(opening > 0.0 ? emptying : filling) : opening > 0.0 ? filling : emptying;
@@ -95,8 +95,8 @@ static void fill_row(const struct leg_data *d, int chamber, int tone, double com
 }
 
 struct fit {
-    /* squares: weighted sum of squared residuals; scatter: rms residual as a multiple of the rms
-     * that the weights predict; the covariance is scaled by its square */
+    /* squares: weighted sum of squared residuals. scatter: rms residual as a multiple of the rms
+     * that the weights predict. covariance: scaled by scatter^2 */
     double value[UNKNOWNS], covariance[UNKNOWNS][UNKNOWNS], squares, scatter;
 };
 
@@ -148,9 +148,9 @@ static void find_flow(struct leg_data *d, int chamber, flow_law *law, double com
     for (int i = 0; i < m->tones; i++) flow[i] = multisine_amplitude(d->mean, i, d->flow);
 }
 
-/* Fits a chamber. The first pass has no null, because the prior needs the gain. The prior's row is
- * multiplied by the scatter, by which solve() scales all deviations, so that the prior's own stays
- * as stated. */
+/* Fits a chamber. The first pass has no null, because the prior needs the gain. solve() scales all
+ * standard deviations by the scatter; the prior's row is multiplied by the scatter, so that the
+ * prior's standard deviation stays as stated. */
 static bool fit_chamber(struct leg_data *d, int chamber, struct fit *fit) {
     int tones = d->mean->multisine->tones;
     double rows[2 * MULTISINE_TONES + 1][UNKNOWNS + 1];
@@ -194,8 +194,8 @@ static double find_delay(struct leg_data *d, struct fit fit[2]) {
     return isfinite(least) ? 0.5 * (low + high) : (double)NAN;
 }
 
-/* Fits a chamber again about the null found so far, because the law is not linear in it. The error
- * of the square-root law is then estimated from the residuals. */
+/* Fits a chamber again about the null found so far, because the law is not linear in the null. The
+ * error of the square-root law is then estimated from the residuals. */
 static void refit(struct leg_data *d, int chamber, struct fit *fit) {
     for (int i = 0; i < REFITS; i++) {
         d->null_bias[chamber] += fit->value[NULL_BIAS] / fit->value[GAIN];
@@ -258,8 +258,9 @@ static void find_leg(struct leg_data *d, struct fit fit[2], struct oil_leg *leg)
 }
 
 /* Variance, about zero, of the leakage (a - b) A / c between a chamber and supply or tank (a
- * valve's lap, a seal); a tight valve has zero. It is the mean square over the legs, less that of
- * the errors (empirical Bayes): valves and seals of all legs are of one make. */
+ * valve's lap, a seal); a tight valve has zero. The variance is the mean square of the estimates
+ * over the legs, less the mean square of their errors (empirical Bayes), because valves and seals
+ * of all legs are of one make. */
 static double variance_of_lap(const struct cylinder_areas *area, struct fit fit[LEGS][2], const struct oil_leg leg[LEGS]) {
     double sum = 0.0;
     int chambers = 0;
@@ -273,8 +274,8 @@ static double variance_of_lap(const struct cylinder_areas *area, struct fit fit[
     return chambers ? fmax(sum / chambers, 0.0) : 0.0;
 }
 
-/* Replaces OWN by its mean with OTHER, the leakage that a difference of the pressures drives.
- * prior: variance of OWN - OTHER about 0. */
+/* Corrects all values by the prior that OWN - OTHER is 0 with the variance `prior`. Then replaces
+ * OWN by the mean of OWN and OTHER, the leakage that a difference of the pressures drives. */
 static void join(struct fit *f, double prior) {
     double along[UNKNOWNS], apart = f->value[OWN] - f->value[OTHER];
     for (int i = 0; i < UNKNOWNS; i++) along[i] = f->covariance[i][OWN] - f->covariance[i][OTHER];
@@ -338,9 +339,9 @@ static void describe(struct oil_mode *mode, const struct kinematics *k, double j
     }
 }
 
-/* Finds a mode's mass and frequency, and its standard deviation to first order. The squared
- * frequency is a quotient of two quadratic forms in the mode's shape, so the shape's error has no
- * effect in first order. */
+/* Finds a mode's mass, its frequency, and the standard deviation of the frequency to first order.
+ * The squared frequency is a quotient of two quadratic forms in the mode's shape, so the shape's
+ * error has no effect in first order. */
 static void measure(struct oil_mode *mode, const struct oil_leg leg[LEGS], double mt[DOFS][DOFS], double mt_std[DOFS][DOFS]) {
     double mass = 0.0, mass_variance = 0.0, spring = 0.0, spring_variance = 0.0, motion = 0.0;
     for (int i = 0; i < DOFS; i++)

@@ -1,5 +1,5 @@
 /* The oil columns: the stiffness of each leg with its ports shut, found in a survey's data, and the
- * eigenfrequencies that it makes with the platform's inertia.
+ * eigenfrequencies that this stiffness and the platform's inertia have.
  *
  * The pressures of the two chambers obey, with v the leg's rate and x the valve's opening, which is
  * the delayed command:
@@ -16,7 +16,7 @@
  * of the square-root law. This error is a share of the piston's flow: 2 % while the delay is looked
  * for, then as the residuals show, at most 2 %. Stiffness: k = A1 c1 + A2 c2 (= E (A1^2/V1 +
  * A2^2/V2), volumes with the hoses between valve and chamber). The leakage driven by the difference
- * of the pressures is (a + b) A / (2 c); if all of it is across the piston, a = b.
+ * of the pressures is (a + b) A / (2 c); if all leakage is across the piston, a = b.
  *
  * Rigid eigenfrequencies at neutral: Mt xddot + J' diag(k) J x = 0. Ordinary threads; heap. */
 #ifndef HEXID_OIL_COLUMNS_H
@@ -55,13 +55,13 @@ int oil_columns_find(const struct multisine_mean *mean, const struct params *par
 
 struct oil_mode {
     double hz, hz_std;      /* eigenfrequency; NaN: not determined */
-    /* Motion of the axes, m and rad: 1 in the axis that moves most, with angles multiplied by the
-     * upper joints' radius. */
+    /* Motion of the axes, m and rad, scaled so that the axis `dof` moves by 1. */
     double shape[DOFS];
     double motion[LEGS];    /* motion of the legs in that shape, m */
     /* Mass per squared motion of the legs: shape' Mt shape / sum of motion^2, kg. */
     double mass_kg;
-    enum dof dof;           /* axis that moves most in the mode */
+    enum dof dof;           /* axis that moves most in the mode, angles multiplied by
+                             * kinematics.arm_m */
 };
 
 /* Finds the modes, by ascending frequency. Returns false, and all frequencies NaN, if an entry of

@@ -57,8 +57,8 @@ struct payload payload_find(const struct params *params, const struct kinematics
 /* True if a body of positive density can have these values (as in struct payload). */
 bool payload_possible(const double value[PAYLOAD_VALUES]);
 
-/* Writes these values into a configuration. Their centre is relative to the configured one, to
- * which it is added. */
+/* Writes these values into a configuration. Their centre is relative to the configured centre, and
+ * is added to it. */
 struct payload_params;
 void payload_configure(const double value[PAYLOAD_VALUES], struct payload_params *configured);
 

@@ -46,9 +46,9 @@ struct quality_tone {
     double coherence; /* share of the tone in the mean square of the response from half of the
                        * tone's frequency to QUALITY_BAND_HZ */
     /* acceleration of the response at all frequencies up to QUALITY_BAND_HZ other than the tone's,
-     * divided by that at the tone. low: harmonics 2 and 3; high: higher ones; noise: everything
-     * that is not a harmonic. These three are rms divided by rms. peak: peak of their sum divided
-     * by the tone's amplitude. NaN: such harmonics are beyond QUALITY_BAND_HZ */
+     * divided by the acceleration at the tone. low: harmonics 2 and 3; high: higher ones; noise:
+     * everything that is not a harmonic. These three are rms divided by rms. peak: peak of their
+     * sum divided by the tone's amplitude. NaN: such harmonics are beyond QUALITY_BAND_HZ */
     double low, high, noise, peak;
 };
 
@@ -58,12 +58,13 @@ extern const double quality_band_hz[QUALITY_BANDS + 1];
 
 struct quality_axis {
     double rest[QUALITY_BANDS]; /* rms acceleration at rest in each band, m/s^2, rad/s^2 */
-    /* in a slow triangle: displacement of the reference from rest until the platform follows half
-     * of it, and width of the hysteresis loop. NaN: more than the triangle can show */
+    /* in a slow triangle: displacement of the reference from rest until the platform has covered
+     * half of this displacement, and width of the hysteresis loop. NaN: more than the triangle can
+     * show */
     double threshold, hysteresis;
     double slope_rate; /* rate of the reference in that triangle: a pure lag T appears as a
                         * threshold, and as a hysteresis, of 2 T slope_rate */
-    double lag_s; /* phase over frequency of the 0.5 Hz tone */
+    double lag_s; /* phase lag of the 0.5 Hz tone divided by its frequency in rad/s */
     double dead_s, half_s; /* delay at a tenth and at half of a step's height */
     double excursion, rate, accel; /* largest amplitudes reached in sines */
     double turn_around; /* peak acceleration at the reversals of the 0.5 Hz tone, without that of
@@ -87,7 +88,7 @@ int quality_measure(struct quality *q, const struct quality_plan *plan, const st
 double quality_metres(const struct quality_plan *plan, int dof);
 
 /* Amplitude of an axis as a share of the reference of axis `driven`, both in metres; for dof =
- * driven it is that of the gain. */
+ * driven it is the magnitude of the gain. */
 double quality_cross(const struct quality *q, int driven, int tone, int dof);
 
 /* The largest of quality_cross() of all other axes. */

@@ -113,8 +113,8 @@ static bool reaches(const struct kinematics *k, enum dof dof, double displacemen
     return true;
 }
 
-/* Largest displacement that is reached to both sides, in steps of a hundredth of the one that the
- * Jacobian at neutral predicts; an angle is at most ANGLE_MOST_RAD. */
+/* Largest displacement that is reached to both sides, in steps of a hundredth of the displacement
+ * that the Jacobian at neutral predicts; an angle is at most ANGLE_MOST_RAD. */
 static double find_reach(const struct kinematics *k, enum dof dof, const struct room *r) {
     double most_m = REACH_SHARE * r->stroke_m, step = most_m / r->leg_per_unit / 100.0, reach = 0.0;
     for (int i = 1; i <= 100 && reaches(k, dof, i * step, most_m) && reaches(k, dof, -i * step, most_m); i++) reach = i * step;

@@ -1,7 +1,7 @@
 /* The motion of `hexid run --qualify`: pieces one after another, each on one axis and each from
- * rest at neutral to rest at neutral. A pure function of the configuration, so that `hexid qualify`
- * finds the pieces in a log from the configuration that the log contains. Ordinary threads; heap
- * for the trajectory.
+ * rest at neutral to rest at neutral. The plan is a pure function of the configuration, so that
+ * `hexid qualify` finds the pieces in a log from the configuration that the log contains. Ordinary
+ * threads; heap for the trajectory.
  *
  *   rest   8 s at neutral: noise
  *   tone   one sine, in whole periods: describing function. Its number of periods and of samples
@@ -11,8 +11,8 @@
  *   step   four smooth steps of 0.1 s, to and fro: dead time
  *   long   one period as far and as fast as REACH_SHARE (quality_plan.c) allows: excursion and rate
  *          reached
- *   fast   2 Hz at that rate, if the stroke and the monitor of oscillations allow it: acceleration
- *          reached */
+ *   fast   2 Hz at the same rate, if the stroke and the monitor of oscillations allow it:
+ *          acceleration reached */
 #ifndef HEXID_QUALITY_PLAN_H
 #define HEXID_QUALITY_PLAN_H
 

@@ -24,8 +24,9 @@
 /* Returns the equation of the common skew as it is now. */
 struct test_skew skews_now(const struct equations *e);
 
-/* Adds a test, whose rows are those that were added to the equations since `before`. Beyond
- * SKEW_TESTS tests, a departure counts with the largest size and is not found. */
+/* Adds a test, whose rows are those that were added to the equations since `before`. The departure
+ * of a test beyond SKEW_TESTS is eliminated at once, with the size skew_test_s, and its value is
+ * not found. */
 void skews_add(struct equations *e, const struct test_skew *before);
 
 /* Adds the tests of another log, whose rows are in the sum already. */

@@ -1,6 +1,6 @@
-/* Verdicts on a run and on the result of each method. A check is one that a real machine can fail.
- * The error against the nominal matrix and a condition number are not checked, only reported. Pure,
- * no heap. */
+/* Verdicts on a run and on the result of each method. Every check is one that a real machine can
+ * fail. The error against the nominal matrix and a condition number are not checked, only reported.
+ * Pure, no heap. */
 #ifndef HEXID_VERDICT_H
 #define HEXID_VERDICT_H
 
@@ -25,8 +25,8 @@ struct verdict {
 
 /* The run's verdict, which decides the exit status, and the verdict of each method on its own
  * result. The run's verdict joins the verdict on its data and the verdict of one method: method C
- * if it was evaluated, otherwise method A. The scope names it. A method without a result is not
- * evaluated. */
+ * if it was evaluated, otherwise method A. The scope names this method. A method without a result
+ * is not evaluated. */
 struct verdicts {
     struct verdict run, method_a, modified_a, method_b, method_c;
 };
@@ -49,7 +49,7 @@ struct verdict verdict_of_matrix(const struct params *params, const struct ident
                                  const char *name);
 
 /* Judges the run from its data's verdict, which v->run holds before the call, and from the methods'
- * verdicts in `v`; and judges methods A, modified A and B by method C if its own result passes
+ * verdicts in `v`; and judges methods A, modified A and B by method C if method C's result passes
  * (checks.symmetry_pct). A motion that method C refused is not evaluated, unless its tests are
  * complete but shorter than method C needs (RECORDING_CYCLES): then a note says so. If the
  * recording contradicts the configured machine, neither a method nor the run is evaluated. */

@@ -13,9 +13,9 @@ static const double SPAN_S = 0.02; /* time over which a leg's sense of motion is
                                     * period */
 static const double COURSE = 0.2;  /* relative error of the mean dry friction, because its course
                                     * near a reversal is unknown */
-static const double LIKELY = 0.2;  /* a weight is refused if its reading is off by this share of it,
-                                    * more than any sensor's error, or has a standard deviation of
-                                    * this share */
+static const double LIKELY = 0.2;  /* a weight is refused if its reading is off by more than this
+                                    * share of the weight, which exceeds any sensor's error, or if
+                                    * the standard deviation exceeds this share */
 static const double NO_DRIFT = 5.0; /* a zero does not drift by more than this many standard
                                      * deviations; a larger change of a pressure at rest has another
                                      * cause */

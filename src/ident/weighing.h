@@ -1,9 +1,10 @@
-/* A known weight on the platform, weighed by the legs: the mean vertical force of the same tests
- * without and with it. Inertia and viscous friction are in neither mean. The zeros of the pressures
- * are the same in both, except for their drift, which the readings at rest show (rest.h). The dry
- * friction of a leg is the same as long as it moves in one direction. But a loaded leg extends for
- * a different share of the time: the friction that method C found, times the change of this share,
- * is subtracted. Besides the weight, the difference contains the gains of the pressures:
+/* A known weight on the platform, weighed by the legs: the difference of the mean vertical forces
+ * in the same tests without and with the weight. Inertia and viscous friction are in neither mean.
+ * The zeros of the pressures are the same in both means, except for their drift, which the readings
+ * at rest show (rest.h). The dry friction of a leg is the same as long as it moves in one
+ * direction. But a loaded leg extends for a different share of the time: the friction that method C
+ * found, times the change of this share, is subtracted. Besides the weight, the difference contains
+ * the gains of the pressures:
  *
  *   m = -sum over legs of n_z (A1 dP1 - A2 dP2) / g,      n the leg's direction, z down
  *
@@ -12,9 +13,9 @@
  *
  *   m / M - 1 = sum of (h1 g1 + h2 g2),   h1 = -n_z A1 dP1 / (g M),   h2 = n_z A2 dP2 / (g M)
  *
- * Each test is a weighing of its own; their scatter gives the deviation, by Student's
- * distribution. Two things add to it: zeros of lengths and errors of joints, because they rotate
- * the legs' directions; and the drift of the pressures' zeros (standard deviation
+ * Each test is a weighing of its own; their scatter gives the deviation, by Student's distribution.
+ * Two things add to the deviation: zeros of lengths and errors of joints, because they rotate the
+ * legs' directions; and the drift of the pressures' zeros (standard deviation
  * model.tolerance.pressure_drift_pa), as far as the readings at rest do not show it. Ordinary
  * threads; no heap. */
 #ifndef HEXID_WEIGHING_H

@@ -6,8 +6,9 @@
 #include "units.h"
 
 enum { BLOCK_SAMPLES = 100 };
-/* A block with a longer gap is not whole: a share of the motion's period, over which a line between
- * two samples is off by 1 %, or configured samples. */
+/* Longest gap of a whole block, the larger of two times: a share of the motion's period, over which
+ * a line between two samples is off by at most 2 % of the amplitude; and a number of configured
+ * cycles. */
 static const double GAP_PERIODS = 1.0 / 16.0, GAP_SAMPLES = 2.5;
 enum { MEAN, SINE };
 

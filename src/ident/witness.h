@@ -52,7 +52,8 @@ struct testimony {
     int still_leg, length_leg, force_leg; /* legs with the largest still_samples, length_m and
                                            * force_n, 0..5 */
     int64_t still_samples;       /* largest number of successive samples with the same reading */
-    bool compared;               /* there are two whole blocks; if not, the next two are 0 */
+    bool compared;               /* there are two whole blocks; if not, length_m and force_n are
+                                  * 0 */
     double length_m;             /* largest change of a length's fundamental between two whole
                                   * blocks, m */
     double force_n;              /* largest change of a force's mean or fundamental between two
