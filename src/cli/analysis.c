@@ -26,14 +26,15 @@ void analysis_free(struct analysis *a) {
     parts_free(&a->parts);
 }
 
-/* The recorded motion must not contradict the configured tests, because a log from elsewhere may
- * contain another motion than its configuration says. */
+/* The configured tests do not decide alone, because a log from elsewhere may contain another motion
+ * than its configuration states. */
 bool analysis_sinusoids(const struct analysis *a) {
     return tests_single(&a->params->tests) && (a->ident.result.tests || !a->motion.cycles);
 }
 
-/* Refuses a sample for which the recording has no room: a test of an axis may have a sixth of
- * ANALYSIS_SAMPLES, any other motion all samples that the other tests leave. */
+/* Returns REFUSED_SURPLUS for a sample for which the recording has no room: a test of an axis may
+ * have a sixth of ANALYSIS_SAMPLES; a motion of no axis may have those that the tests recorded so
+ * far leave. */
 static enum refusal surplus(const struct recording *r, enum dof dof) {
     int kept = 0;
     if (!r->tests) return REFUSED_NOT;
@@ -43,8 +44,8 @@ static enum refusal surplus(const struct recording *r, enum dof dof) {
     return kept < ANALYSIS_SAMPLES ? REFUSED_NOT : REFUSED_SURPLUS;
 }
 
-/* Removes an earlier recording of the same test or motion, as ident.h does for a test of an axis,
- * because the machine may have been changed in between. */
+/* Removes what was recorded of an earlier test of this axis, or of this motion, because the machine
+ * may have been changed in between. ident.h replaces the result of a test of an axis likewise. */
 static void replace(struct analysis *a, const struct cycle *c) {
     struct recording *r = &a->recording;
     for (int i = r->tests - 1; i >= 0; i--)
@@ -74,15 +75,16 @@ static void record(struct analysis *a, const struct cycle *c) {
     if (!surplus(&a->recording, c->dof)) recording_add(&a->recording, c, &a->unrecorded);
 }
 
-/* Returns true if the test of this axis is complete; a motion of no axis always counts as
- * complete. */
+/* Returns true if the test of this axis was evaluated and not refused; a motion of no axis always
+ * counts as complete. */
 static bool complete(const struct identification *id, enum dof dof) {
     bool is = dof == DOF_NONE;
     for (int k = 0; k < id->tests; k++) is = is || (id->test[k].dof == dof && !id->test[k].refused);
     return is;
 }
 
-/* Removes tests that were broken off, so that they do not count against the complete ones. */
+/* Removes tests that are not complete, mostly because they were broken off, so that they do not
+ * count against the complete ones. */
 static void drop_incomplete(struct analysis *a) {
     for (int i = a->recording.tests - 1; i >= 0; i--)
         if (!complete(&a->ident.result, a->recording.test[i].dof)) recording_remove(&a->recording, i);
@@ -166,8 +168,8 @@ void analysis_identify(struct analysis *a) {
     if (!rest.status && !a->recording.tests) error_set(&rest, STATUS_USAGE, "no complete test");
     if (!rest.status) estimator_equations(&a->recording, &a->measured, &a->admission, &a->equations, &rest);
     r->refuted = rest.status && a->admission.refuted && !a->parts.all;
-    /* the last part of a long motion may be too short for equations; its samples are then dropped,
-     * so that the last part alone is not reported as the test */
+    /* if the last part of a long motion is too short for equations, its samples are dropped, so
+     * that no report takes them for the whole test */
     if (rest.status && a->parts.all) measured_free(&a->measured), recording_free(&a->recording);
     parts_add(&a->parts, &a->equations, &rest);
     r->parts = a->parts.all > 1 ? a->parts.all : 0, r->parts_left_out = a->parts.left_out;
@@ -201,8 +203,8 @@ static bool evaluated(const struct identification *id, enum dof dof) {
     return false;
 }
 
-/* Returns the name of the last cycle's fault with its measured value; NULL: there is none. The text
- * is valid until the next call. */
+/* Returns the name and the measured value of the last cycle's fault, or NULL if that cycle has
+ * none. The text is valid until the next call. */
 static const char *last_fault(struct analysis *a) {
     if (!a->last.first_fault) return NULL;
     const char *name = fault_name(a->last.first_fault);

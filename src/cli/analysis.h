@@ -1,5 +1,5 @@
-/* Evaluates a stream of cycles, live in the recorder or later from a log: identification, loop
- * statistics, verdict. Both use the same code, so that `hexid identify` repeats the daemon's
+/* Evaluates a stream of cycles: identification, loop statistics, verdict. The recorder uses this
+ * code live, and commands such as `hexid identify` use it on logs, so that they repeat the daemon's
  * results to the last bit. One thread at a time; heap. */
 #ifndef HEXID_ANALYSIS_H
 #define HEXID_ANALYSIS_H
@@ -41,8 +41,8 @@ struct analysis {
                                      * most ANALYSIS_SAMPLES / 6 of a test of an axis */
     struct parts parts;             /* earlier parts of a motion that is longer than
                                      * ANALYSIS_PART_S */
-    int parts_test;             /* index, in the list of tests, of the motion whose parts are in
-                                 * `parts` */
+    int parts_test;             /* index, in the list of tests, of the last motion of which a part
+                                 * is in `parts` */
     struct measured_recording measured; /* frequencies and spectra of the recording; filled by
                                          * analysis_identify() */
     struct admission admission;
@@ -94,8 +94,8 @@ struct verdicts analysis_verdicts(struct analysis *a);
 /* Returns true if the tests are sinusoids, one axis after another, as methods A and B require. */
 bool analysis_sinusoids(const struct analysis *a);
 
-/* Returns -2 with the reason if only motions of no axis were recorded and they give no matrix;
- * otherwise 0, also if nothing was recorded. */
+/* Returns -2 with the reason if a motion of no axis was recorded, no test of an axis was evaluated
+ * and method C gives no matrix; otherwise 0, also if nothing was recorded. */
 int analysis_identifies(const struct analysis *a, const char *path, struct error *error);
 
 /* Prints the table of results, the loop's statistics and the verdict as text; brief: only about

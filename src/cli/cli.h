@@ -45,8 +45,8 @@ struct options {
     int operands;
 };
 
-/* Reads argv[1..] of a subcommand that takes the options in `allowed` (letters of long_options in
- * options.c) and at most this number of operands. Returns 0 or -2. */
+/* Reads argv[1..] of a subcommand. allowed: the options that it takes, as letters of long_options
+ * in options.c; operands: largest number of operands. Returns 0 or -2. */
 int options_parse(struct options *o, int argc, char **argv, const char *allowed, int operands, struct error *error);
 
 /* Appends the operands to the logs of --measured. Returns -2 if there are more than LOGS_MAX

@@ -135,14 +135,15 @@ static int take_input(struct check *c, const char *name) {
     return new_input(c, name) ? STATUS_OK : error_set(c->error, STATUS_IO, "out of memory");
 }
 
-/* Finds the configuration. A log imported from a directory already includes -c and --set. */
+/* Finds the configuration of an input. An imported log's own configuration already includes -c and
+ * --set. */
 static int read_params(struct check *c, const struct input *in, const struct log_event *event) {
     if (in->copy[0]) return log_params_own(in->name, event, "give one with -c FILE", &c->params, c->error);
     return log_params(&c->o, in->name, event, &c->params, NULL, c->error);
 }
 
-/* The survey to which the current cycle belongs: each file of a directory, or each test of a log,
- * has one. */
+/* Place of the current cycle, and the survey (survey.h) that takes it. Each file of a directory, or
+ * each test of a log, has a survey. */
 struct place {
     int file;
     int64_t rows;      /* number of rows of the current file so far */

@@ -43,7 +43,8 @@ static int load(const struct options *o, int logs, const char *const *path, int 
     return status;
 }
 
-/* Refuses a log for --validate that is one of the measured ones, which were fitted. */
+/* Refuses the log of --validate if it is one of the measured logs or a copy of one, because those
+ * are fitted. */
 static int other_log(const struct options *o, struct error *error) {
     const char *all[LOGS_MAX + 1];
     memcpy(all, o->measured, sizeof o->measured);

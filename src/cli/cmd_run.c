@@ -40,9 +40,9 @@
 enum { STOP_PATH_BELOW_LOOP = 2 };
 static const double STD_PCT = 0.5; /* wanted standard deviation of a survey's proposals if --std is
                                     * not given, % */
-static const double RECORDER_BEHIND_S = 2.0; /* the recorder counts as hanging if the cycles of this
-                                              * time wait in the ring; the rest of the ring, at
-                                              * least 14 s, is for parking */
+static const double RECORDER_BEHIND_S = 2.0; /* the recorder counts as hanging if the cycles that
+                                              * wait in the ring last this long; the rest of the
+                                              * ring, at least 14 s, is for parking */
 
 struct session {
     struct options options;
@@ -75,8 +75,8 @@ struct session {
 
 static void warn(const struct error *error) { cli_say(stderr, "hexid: warning: %s", error->text); }
 
-/* Opens LCM. Without a route the run continues with a warning, because LCM is needed for watching
- * only. */
+/* Opens LCM. If that fails, as without a multicast route, the run continues with a warning, because
+ * LCM serves only watching, and a stop or park, which can also come through the sockets. */
 static int open_bus(struct session *s, struct error *error) {
     int status = s->params.lcm.url[0] ? bus_open(&s->bus, s->params.lcm.url, error) : STATUS_OK;
     if (status == STATUS_USAGE) return status;
@@ -135,8 +135,8 @@ static bool on_bus(const struct session *s) {
 
 static const struct trajectory *driven(const struct session *s) { return s->trajectory.knot ? &s->trajectory : NULL; }
 
-/* Makes s->trajectory the motion of the run, for the option `option`. The loop, the log and its
- * readers treat it as a trajectory that has no file. */
+/* Makes s->trajectory the motion of the run; messages name `option`. The loop, the log and its
+ * readers treat this motion as a trajectory that has no file. */
 static int own_motion(struct session *s, const char *option, const char *name, int repeat, struct error *error) {
     struct test_params *t = &s->params.tests;
     struct error beyond;
@@ -225,15 +225,14 @@ static int open_all(struct session *s, struct error *error) {
     return status;
 }
 
-/* Any thread. */
+/* Prints a message for the operator. Any thread may call it. */
 static void say(void *context, const char *text) {
     struct session *s = context;
     progress_say(&s->progress, "hexid: %s\n", text);
 }
 
-/* SAFETY: detects a recorder that hangs, because the log stalls without an error (a sleeping reader
- * of a pipe, a hanging disk) or the host is busy. The platform is parked before records are
- * lost. */
+/* SAFETY: parks the platform if the recorder hangs, before records are lost. It hangs if the log
+ * stalls without an error (a sleeping reader of a pipe, a hanging disk) or the host is busy. */
 static void watch_recorder(struct session *s) {
     double behind_s = (double)ring_count(&s->ring) * s->params.loop.period_s;
     if (s->options.fast || s->behind.status || behind_s < RECORDER_BEHIND_S) return;
@@ -246,7 +245,7 @@ static void watch_recorder(struct session *s) {
 }
 
 /* SAFETY: handles commands until the loop ends. Nothing between a command and the loop's mailbox
- * can block, and a signal does not need this thread. */
+ * can block, and another thread handles signals. */
 static void wait_for_end(struct session *s) {
     struct pollfd p[COMMANDS_POLLS];
     commands_begin(&s->commands, &s->params, &s->loop, say, s);
@@ -294,7 +293,7 @@ static bool ended_by_order(const struct session *s) {
     return atomic_load(&s->signals.first) == SIGTERM && !s->params.motion.automatic && last->state == STATE_SETTLED && !last->first_fault;
 }
 
-/* Tells the user which command prints the whole result. */
+/* Tells the user which option or command prints the whole result. */
 static void say_whole(const struct session *s) {
     if (s->options.verbose) return;
     if (!s->options.log) cli_say(s->progress.out, "whole     --verbose prints it; with a log, hexid identify does");

@@ -55,10 +55,10 @@ static bool runs_off(const struct loop_check *loop, const struct params *p) {
            loop_check_off_m(loop, p) > LOOP_FOLLOWING_SHARE * p->limits.following_m;
 }
 
-/* Returns why gains with the check result `c` are refused: the loop cannot be computed, is unstable
- * in some pose, turns the sensors' noise into motion, or has too large a following error. Returns
- * NULL if they are accepted. A weakly damped loop is accepted, and on a field bus, whose sensors
- * are not known, also a noisy loop; `text` then describes the weakness. */
+/* Returns why gains with the check result `c` are refused: the loop cannot be computed, runs_off()
+ * is true, or the loop is unstable in some pose or turns the sensors' noise into motion. Returns
+ * NULL if the gains are accepted. A weakly damped loop is accepted, and on a field bus, whose
+ * sensors are not known, also a noisy loop; `text` then describes the weakness. */
 static const char *why_refused(const struct loop_check *c, const struct params *p, bool bus, char text[LOOP_TEXT_SIZE]) {
     char remedy[LOOP_TEXT_SIZE];
     if (c->state == LOOP_UNKNOWN) return "the loop cannot be computed";

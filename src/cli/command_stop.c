@@ -68,10 +68,9 @@ static int stop_found(const struct asked *q, int count, const struct error *doub
 }
 
 /* SAFETY: reports that no machine was found. If other machines run on this host, but not the named
- * one, nothing is stopped, neither these machines nor, over LCM, those on the same bus: the command
- * may come from a script that stops one of several machines too late, while the others carry
- * people. The message lists the machines and the command that stops all of them. If no other
- * machine runs, the command still goes over LCM. */
+ * one, nothing is stopped, and nothing goes over LCM: a script may stop one of several machines
+ * after that machine has ended, while the others carry people. The message lists the machines and
+ * the command that stops all of them. If no other machine runs, the command still goes over LCM. */
 static int stop_nobody(const struct asked *q, const struct error *doubt, struct error *error) {
     struct error other_doubt;
     char names[NAMES_SIZE], also[ALSO_SIZE];

@@ -1,5 +1,5 @@
-/* Sends stop or park to the named machine, or to all machines of this host; also over LCM if one of
- * them does not answer. Main thread. */
+/* Sends stop or park to the named machine, or to all machines of this host; also over LCM if a
+ * machine does not answer or may not have been found. Main thread. */
 #ifndef HEXID_COMMAND_STOP_H
 #define HEXID_COMMAND_STOP_H
 

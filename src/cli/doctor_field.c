@@ -161,8 +161,8 @@ struct finding judge_round_trips(const struct doctor *d, const struct round_trip
     return f;
 }
 
-/* Longest duration of the measurement, s. It is limited, because the lock of the measurement keeps
- * a hexid from starting. Requests that would be sent later count as lost. */
+/* Longest duration of the measurement, s, limited because no hexid can start while the measurement
+ * holds the machine's lock. Requests that are not sent in this time count as lost. */
 enum { LONGEST_TALK_S = 5 };
 
 /* Measures round trips by reading the registers of identity and status; writes no register. */

@@ -24,8 +24,8 @@ struct finding check_kernel(const struct doctor *d) {
                    preempt ? "with PREEMPT_RT" : "without PREEMPT_RT: other work of the kernel can hold the loop up for milliseconds");
 }
 
-/* Computes the share of stolen time, in which this computer was ready to run but the hypervisor ran
- * others: field 8 of the first line of /proc/stat, since this computer was started. */
+/* Computes the share of stolen time since this computer was started, in which it was ready to run
+ * but its host ran others: number 8 of the first line of /proc/stat. */
 static bool stolen_share(const struct doctor *d, double *share) {
     char text[4096];
     double ticks[8], all = 0.0;
@@ -175,7 +175,7 @@ struct finding check_siblings(const struct doctor *d) {
     return finding(LEVEL_OK, "", "nobody else uses the core of processor %d", cpu);
 }
 
-/* Checks two kinds of throttling: by heat, which a processor counts since it was switched on, and
+/* Checks two kinds of throttling: of processors by heat, counted since they were switched on, and
  * of real-time threads, which the kernel limits to a share of the time. */
 struct finding check_throttling(const struct doctor *d) {
     int cpu[PROCESSORS_MAX], count = doctor_processors(d, cpu), seen = 0;

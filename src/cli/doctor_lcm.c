@@ -21,7 +21,8 @@ struct finding check_lcm_socket(const struct doctor *d) {
     return finding(LEVEL_OK, "", "%s sends and listens", d->params->lcm.url);
 }
 
-/* Checks where LCM's messages go. Commands on this host do not use LCM; watching programs do. */
+/* Checks where LCM's messages go. Commands on this host do not depend on LCM; watching programs
+ * do. */
 struct finding check_lcm_route(const struct doctor *d) {
     struct error error;
     struct bus *bus;

@@ -38,8 +38,8 @@ static json_t *numbers(const struct doctor *d, const struct wakeups *w, const do
 }
 
 /* Judges measured wake-ups. On hardware the loop faults after loop.overrun_limit deadlines missed
- * in a row; a wake-up half a period late causes a late sample on a field bus, and if these are more
- * than checks.excluded_pct, the verdict is fail. */
+ * in a row. On a field bus a wake-up half a period late causes a late sample, and if more than
+ * checks.excluded_pct of the samples are late, the verdict of the identification is fail. */
 struct finding judge_wakeups(const struct doctor *d, const struct wakeups *w) {
     const struct params *p = d->params;
     static const double quantile[] = {0.5, 0.99, 0.999, 1.0};

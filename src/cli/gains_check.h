@@ -8,14 +8,15 @@
 
 #include "loop_tune.h"
 
-/* share of the margins that `hexid tune` keeps; hexid warns if a margin is below it */
+/* hexid warns if a margin is below this share of the margin that `hexid tune` keeps */
 #define GAINS_SHARE 0.5
 
 enum { GAINS_TEXT_SIZE = 240 };
 
 struct gains_check {
-    bool known;                      /* false: the supply does not hold the platform at neutral, a
-                                      * delay is too long (loop_tune.h), or there was no memory */
+    bool known;                      /* false: the supply does not hold the platform at neutral, the
+                                      * modal weights cannot be computed, a delay is too long
+                                      * (loop_tune.h), or there was no memory */
     bool missed;                     /* the loop is unstable in some pose, or a margin is less than
                                       * GAINS_SHARE of that of `hexid tune` */
     struct loop_standing standing;   /* margins of the configured gains */

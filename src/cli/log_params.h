@@ -34,7 +34,7 @@ int log_params(const struct options *o, const char *path, const struct log_event
 /* Follows the event with which an imported log marks where the rows of the next file begin
  * (csv_stated.h): sets frequency or amplitude of a test to the value that this file states, or back
  * to that of `own` if it states none. Any other event changes nothing. A value of --set stays, and
- * cli_say_overruled() reports that of the file, unless path is NULL. */
+ * cli_say_overruled() reports the file's value if it differs, unless path is NULL. */
 void log_params_follow(const struct options *o, const char *path, const struct log_event *event, const struct test_params *own,
                        struct test_params *tests);
 

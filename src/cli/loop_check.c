@@ -61,9 +61,9 @@ static bool suits(const struct loop_places *all, const struct params *p, const s
     return all->count == 1 || damping_of(&away) >= w->away;
 }
 
-/* Finds the smallest change of one gain that suits(). Returns its size in logarithmic steps, an
- * increase counting double, so that a gain is raised only if lowering it would take more than twice
- * as many steps; 0 if no change suits. */
+/* Finds the smallest change of one gain with which suits() is true. Returns its size in logarithmic
+ * steps, or 0 if there is none. An increase counts double, so that a gain is raised only if
+ * lowering it would take more than twice as many steps. */
 static int find_change(const struct loop_places *all, const struct params *p, int gain, const struct wanted *w, double *value,
                        double *damping) {
     struct params tried = *p;
@@ -78,9 +78,9 @@ static int find_change(const struct loop_places *all, const struct params *p, in
     return 0;
 }
 
-/* Finds the largest exponent control.modal below the configured one that suits(). A smaller
- * exponent lowers only the gains of the fast modes, so it is tried before kp, kpf, kd and ki, which
- * act on all modes. */
+/* Finds the largest exponent control.modal below the configured one with which suits() is true. A
+ * smaller exponent lowers only the gains of the fast modes, so it is tried before kp, kpf, kd and
+ * ki, which act on all modes. */
 static bool lower_modal(const struct loop_places *all, const struct params *p, const struct wanted *w, struct loop_check *c) {
     struct loop_places lowered = *all;
     struct params tried = *p;

@@ -26,8 +26,9 @@ static int run(const struct subcommand *s, int argc, char **argv) {
     return s->run(argc, argv);
 }
 
-/* Returns the status, or that of a failed output if standard output did not take all of the text,
- * as on a full disk. A pipe or socket whose reader has gone wants no more, which is no failure. */
+/* Returns the exit status. If standard output did not take all of the text, as on a full disk,
+ * EXIT_PASSED becomes the status of STATUS_IO. A pipe or socket whose reader has gone is no
+ * failure, because such a reader wants no more. */
 static int flushed(int status) {
     struct stat to;
     errno = 0;

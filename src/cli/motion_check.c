@@ -159,7 +159,7 @@ static bool check_cycle(struct walk *w) {
         double before_m = w->length_m[0][k], now_m = w->length_m[1][k], next_m = w->length_m[2][k];
         in.leg[k][0] = now_m, in.leg[k][1] = (next_m - before_m) / (2 * dt_s);
         in.leg[k][2] = (next_m - 2 * now_m + before_m) / (dt_s * dt_s);
-        /* the seals are taken as sliding, where their deflection is largest */
+        /* the seals are assumed to slide, because their deflection is then largest */
         in.deflection[k] = inverse_dynamics_direction(in.leg[k][1], in.leg[k][2], dt_s);
         if (!check_length(w, k) || !check_rate(w, k, in.leg[k][1])) return false;
     }

@@ -40,7 +40,7 @@ static void answer(struct operator *o, uint64_t peer, uint32_t id, enum outcome 
 
 /* Refuses a request and answers it. Any program on this host can cause ten thousand refusals a
  * second, so terminal and bus get only a few reports a second, each with the number of refusals
- * before it. */
+ * since the last report. */
 static void refuse(struct operator *o, uint64_t peer, uint32_t id, enum command command, const char *why, int64_t now_ns) {
     char text[COMMAND_TEXT_SIZE + 100], more[64] = "";
     answer(o, peer, id, OUTCOME_REFUSED, 0.0, why);
@@ -172,8 +172,8 @@ static void grant_lease(struct operator *o, const struct operator_waiting *w, in
     if (lease) *lease = (struct operator_lease){.peer = w->peer, .command = engaged ? COMMAND_ENGAGE : w->command, .heard_ns = now_ns};
 }
 
-/* SAFETY: replaces a refused or withdrawn request in the mailbox by a stop or park, which also
- * undoes it if the loop has acted on it meanwhile. */
+/* SAFETY: withdraws the pending command: a stop (after start) or a park replaces it in the mailbox,
+ * and also undoes it if the loop has acted on it meanwhile. */
 static void withdraw(struct operator *o) {
     o->moves = false;
     if (o->move.command != COMMAND_SET) post_stop(o, o->move.command == COMMAND_START ? COMMAND_STOP : COMMAND_PARK);

@@ -3,7 +3,7 @@
  *
  * stop and park are acted on at once, whoever sends them; until the loop has seen them, no command
  * that moves the machine is accepted. Commands that move the machine or change its gains (engage,
- * start, reset, set) are accepted
+ * start, reset, a set with a value) are accepted
  *   - only if lcm.commands is true,
  *   - only from a peer that may move the machine, as the kernel's access check decides,
  *   - one at a time,

@@ -17,11 +17,11 @@ struct parts {
                               * parts_take() */
     int count, joined;   /* number of elements of part[] in use; each but the last is the sum of
                           * `joined` parts; `joined` is a power of two */
-    int in_last;             /* number of parts that the last element in use is the sum of */
+    int in_last;             /* number of parts in the sum that is the last element in use */
     int all, left_out;       /* numbers of all parts, and of parts without equations (at rest, or
                               * too short) */
-    bool dropped;            /* parts_clear() was called since the last part was closed, so that
-                              * part's equations are to be dropped */
+    bool dropped;            /* parts_clear() was called since the last part was closed, so that the
+                              * equations of that part are to be dropped */
     struct error why;        /* reason why the first part without equations has none */
 };
 

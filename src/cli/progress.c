@@ -46,8 +46,8 @@ void progress_say(struct progress *p, const char *format, ...) {
     va_end(args);
     text[strcspn(text, "\n")] = '\0';
     text_printable(text, printable, sizeof printable);
-    /* SAFETY: this does not use the stream, because another thread may be delayed while it holds
-     * the stream's lock, and the thread that takes stops must not wait for that lock */
+    /* SAFETY: the line does not go through the stream: a thread may be delayed while it holds the
+     * stream's lock, and the thread that takes stops must not wait for that lock */
     snprintf(line, sizeof line, "%s%s\n", p->terminal ? "\r\033[K" : "", printable);
     outlet_write(&p->words, line);
 }

@@ -205,8 +205,8 @@ static double predict_for(struct design *d, double duration_s, struct excitation
 static bool close_enough(double found, double wanted) { return fabs(sqrt(found / wanted) - 1.0) < REACHED; }
 
 /* Reduces the amplitudes until the shortest test is only as good as wanted. The variance is taken
- * as proportional to amplitude^-n; n is 2 at first and is then found from the predictions; it is
- * larger, because dry friction matters more at lower speeds. Amplitudes that miss the wanted
+ * as proportional to amplitude^-n. n is 2 at first, and then follows from the predictions; usually
+ * it is above 2, because dry friction matters more at lower speeds. Amplitudes that miss the wanted
  * deviation are discarded. */
 static int find_amplitude(struct design *d, double wanted, double first, struct excitation *e, struct error *error) {
     struct test_params largest = d->trial.tests, best = largest;
@@ -232,8 +232,8 @@ static int find_duration(struct design *d, double wanted, double first, double l
     int status = STATUS_OK;
     double least_s = shortest_s(t), noise = fmax(first - longer, 0.0) * least_s / (1.0 - 1.0 / LONGER);
     double rest = fmax(longer - noise / (LONGER * least_s), 0.0);
-    /* a test longer than the second limit would gain little: the worst entry's deviation would be
-     * less than NEAR times its floor, sqrt(rest) */
+    /* most_s: a test longer than the second argument of fmin() would gain little, because the worst
+     * entry's deviation would be less than NEAR times its floor, sqrt(rest) */
     double most_s = fmin(longest_s(t), noise / ((NEAR * NEAR - 1.0) * rest));
     double next_s = wanted > rest ? noise / (wanted - rest) : most_s;
     for (int i = 0; i < CORRECTIONS && !status; i++) {

@@ -409,7 +409,7 @@ static void *recorder_thread(void *argument) {
     struct cycle c;
     crash_stack();
     for (;;) {
-        /* read before the ring, so that no record remains in the ring at the end */
+        /* `ended` is read before the ring, so that no record remains in the ring at the end */
         bool ended = atomic_load_explicit(&r->loop->ended, memory_order_acquire);
         look_after_log(r);
         if (ring_pop(r->records, &c)) take(r, &c);

@@ -1,8 +1,8 @@
-/* The recorder: the only ordinary thread that reads the loop's ring. It writes every cycle to the
- * log, sends the stream over LCM, feeds the identifier and reports to the terminal; method C takes
- * longer and runs in an estimator (estimator.h). The order of the messages is fixed: a result
- * directly follows the cycle that completed it, and repeating a run in virtual time gives the same
- * log. */
+/* The recorder: an ordinary thread, the only reader of the loop's ring. It writes every cycle to
+ * the log, sends the stream over LCM, feeds the identification and reports to the terminal; method
+ * C takes longer and runs in an estimator (estimator.h). The order of the messages is fixed: a
+ * result directly follows the cycle that completed it, and repeating a run in virtual time gives
+ * the same log. */
 #ifndef HEXID_RECORDER_H
 #define HEXID_RECORDER_H
 
@@ -37,8 +37,8 @@ struct recorder {
                                       * is missed; "": none */
     char gains_say[400];             /* present gains that differ from the configuration's, with
                                       * the configuration's values; "": none */
-    struct notify notify;            /* messages to a service manager: ready when settled, life
-                                      * signs while cycles come, stopping when the loop is to end */
+    struct notify notify;            /* messages to a service manager: READY when settled, WATCHDOG
+                                      * while cycles come, STOPPING when the loop is to end */
     struct analysis analysis;
     struct estimator estimator;      /* runs method C on the tests completed so far, for
                                       * HEXID_METHOD_C messages */
@@ -64,14 +64,15 @@ struct recorder {
 };
 
 /* Returns the capacity of the ring between loop and recorder: the cycles of at least
- * RECORDER_RING_S, so that a disk may stall for that long, rounded up to a power of two. */
+ * RECORDER_RING_S, rounded up to a power of two. A disk may stall for that long before records are
+ * lost. */
 #define RECORDER_RING_S 16.0
 uint64_t recorder_ring_cycles(const struct params *params);
 
 /* Starts the recorder. `config` is the effective configuration, which becomes the first event of
  * the log and of each of its parts; the text must outlive the recorder. If the log cannot be
- * written, the recorder calls loop_quit(), which parks the platform; in no other way does it affect
- * the loop. Returns -2 or -3 on an error. */
+ * written, the recorder calls loop_quit(), which parks the platform; on the real clock it affects
+ * the loop in no other way. Returns -2 or -3 on an error. */
 int recorder_start(struct recorder *r, const char *config, struct error *error);
 
 /* Waits for the end of the recorder's thread and returns true. If for RECORDER_PATIENCE_S no record
