@@ -13,8 +13,8 @@ static void on_signal(int signal) {
     atomic_store(&stop, true);
 }
 
-/* Requests real time, so that the simulated device answers within microseconds, as a real one does.
- * A refusal only causes a warning, unless --rt require was given. */
+/* Requests real time, because a device must answer within microseconds. A refusal only causes a
+ * warning, unless --rt require was given. */
 static int become_realtime(const struct options *o, const struct params *params, struct error *error) {
     enum realtime_mode mode = o->rt_given ? o->rt : REALTIME_TRY;
     int status = realtime_enter(&params->loop, mode, error);

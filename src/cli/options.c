@@ -299,9 +299,9 @@ int options_parse(struct options *o, int argc, char **argv, const char *allowed,
         const char *name = argv[optind - 1];
         if (option == ':') return error_set(error, STATUS_USAGE, "%s needs a value; see `hexid %s --help`", name, argv[0]);
         if (option == '?' || !strchr(allowed, option)) return unknown_option(argv[0], index >= 0 ? own[index].name : name, allowed, error);
-        /* A second file or weight is refused, because the first would be ignored without a message;
-         * other options may be repeated, and the last value counts. SAFETY: `hexid command` refuses
-         * no repetition, so that a stop is sent all the same. */
+        /* A second file or weight is refused, because the first would be ignored without a message.
+         * Most other options may be repeated, and the last value counts. SAFETY: `hexid command`
+         * refuses no repetition, so that a stop is sent all the same. */
         bool twice = strchr("cljovaOzw", option) && given[option] && strcmp(argv[0], "command") != 0;
         if (twice)
             return error_set(error, STATUS_USAGE, "--%s: given twice, as %.80s and as %.80s; leave one out", name_of(own, option),

@@ -21,8 +21,8 @@ static const char *const words[] = {[LOOP_PART_NONE] = "no part alone",
 
 enum { GAINS = 7, CELL = 24 };
 
-/* The gains that `hexid tune` sets, with their units. The gain that most often decides about the
- * margins comes first. */
+/* The gains that `hexid tune` sets, with their units. The gain that most often decides comes
+ * first. */
 static const struct gain {
     const char *name, *unit;
     size_t offset;

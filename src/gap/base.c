@@ -13,14 +13,14 @@ struct base_entry {
         MACHINE,
         EACH_LEG,
         LEGS_ALIKE
-    } of; /* EACH_LEG: one variable for each leg, as valves, seals and volumes differ. LEGS_ALIKE:
-           * parts made to one drawing share one variable if the configuration gives them one
-           * value. */
+    } of; /* EACH_LEG: there is one variable for each leg, because valves, seals and volumes differ.
+           * LEGS_ALIKE: if the configuration gives all legs one value, they share one variable,
+           * because their parts are made to one drawing. */
     size_t stated;    /* offset in struct params of the tolerance that the configuration states; 0:
                        * it states none */
     double tolerance; /* relative tolerance, if the configuration states none */
-    size_t to;      /* offset of the value of which the tolerance is a share; 0: it is a share of
-                     * the parameter itself */
+    size_t to;      /* offset in struct params of the value to which the tolerance is relative; 0:
+                     * the tolerance is relative to the parameter itself */
     enum residual_equations equations;
 };
 
@@ -47,15 +47,15 @@ static const double NULL_TOLERANCE = 0.005; /* accuracy to which makers adjust a
 static const double SENSOR_MOST = 3.0; /* largest error of a sensor that is no finding, in standard
                                         * deviations of its prior */
 /* Steps of difference quotients, as shares of a variable's largest deviation: about as large as the
- * uncertainty that the data leave. ERROR_STEP is for errors of sensors, ZERO_STEP for pressure
- * sensors' zeros. Friction that holds a leg follows the balance of forces only up to its own limit,
- * so a larger step of a zero passes this limit and gives another slope. Rods with play in their
- * joints knock at other instants after any step, so a smaller step is dominated by these jumps and
- * gives no slope. */
+ * uncertainty that the data leave. ERROR_STEP is for errors of sensors, ZERO_STEP for zeros of
+ * pressure sensors. ZERO_STEP is a compromise. Friction that holds a leg follows the balance of
+ * forces only up to the friction's own limit, which a larger step would pass; the slope would then
+ * be another one. Rods with play in their joints knock at other instants after any step, and in the
+ * quotient of a smaller step these jumps would hide the slope. */
 static const double STEP = 0.1, ERROR_STEP = 7e-3, ZERO_STEP = 2e-3;
 static const double OFFSET_MOST_N = 1e6;
-static const double FORCE_LAG_S = 1e-3; /* largest error of the force sensor's stated lag, as large
-                                         * as the lag of an amplifier with a filter of 160 Hz */
+static const double FORCE_LAG_S = 1e-3; /* largest error of the force sensor's stated lag: the lag
+                                         * of an amplifier with a filter of 160 Hz */
 
 /* Effects that every machine has to a small degree, so that the base has their variables. */
 extern const struct effect geometry_error, valve_null_bias, external_stiffness, pressure_sensor_offset;

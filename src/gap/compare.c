@@ -9,13 +9,14 @@
 #include "replay.h"
 #include "tone.h"
 
-static const double TONE_TOLERANCE = 0.1;   /* a tone in simulation is the measured one if their
-                                             * frequencies differ by less than this share; a loop
-                                             * that oscillates in both does so at nearly the same
-                                             * frequency */
-static const double TONE_EXCITED = 0.5;     /* a simulated tone counts from this share of the power
-                                             * that a measured tone needs, because another run may
-                                             * excite the same resonance less */
+static const double TONE_TOLERANCE = 0.1;   /* a tone in simulation counts as the measured tone if
+                                             * their frequencies differ by less than this share; a
+                                             * loop that oscillates in both does so at nearly the
+                                             * same frequency */
+static const double TONE_EXCITED = 0.5;     /* least power of a tone in simulation, as a share of
+                                             * the power that a measured tone needs; below 1,
+                                             * because another run may excite the same resonance
+                                             * less */
 
 int compare_check(const struct params *params, const struct recording *measured, struct error *error) {
     const struct recording_measured *m = &measured->measured;
@@ -76,8 +77,8 @@ static void compare_side(void *context, int i) {
     s->sizes = s->both ? replay_compare(s->measured, s->both, s->which) : replay_motion(s->data, &c->r->base_model, after_of(c->r));
 }
 
-/* Simulates the models without and with the effects. If only the one with effects ends in a fault,
- * the fault is kept in the result and is no error. */
+/* Simulates the models without and with the effects. If only the simulation with effects ends in a
+ * fault, the fault is kept in the result, and the status is 0. */
 static int run_both(struct gap_result *r, const struct recording *like, struct replay both[2], struct error *error) {
     replay_both(&r->base_model, after_of(r), like, both);
     const struct replay *failed = both[0].status ? &both[0] : &both[1];

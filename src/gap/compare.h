@@ -12,16 +12,17 @@ struct gap_options;
  * reason why not. */
 int compare_check(const struct params *params, const struct recording *measured, struct error *error);
 
-/* Compares the models of a diagnosis with the recordings, and fills the result's sizes, replay
- * fault and matrices. runs: simulations of the measured tests in closed loop, which the caller
- * zeroes before and frees after. validate may be NULL. Returns 0 or a negative status. */
+/* Compares two models, the base and the base with the result's effects, to the recordings. Fills
+ * the result's sizes, unexplained_fraction, simulated, tone_simulated, replay_fault and matrices.
+ * runs: simulations of the measured tests in closed loop, which the caller zeroes before and frees
+ * after (replay_free). validate may be NULL. Returns 0 or a negative status. */
 int compare_models(const struct diagnosis *d, const struct recording *measured, const struct recording *validate,
                    const struct gap_options *options, struct gap_result *result, struct replay runs[2], struct error *error);
 
-/* True if a simulated run can repeat the recording's tests: hexid drives the mechanism, and each
- * test moves one axis at the frequency in the parameters of its run, where measured_add() puts
- * the measured one. No run may have two tests of an axis, because a configuration states one
- * amplitude for an axis. */
+/* True if a simulated run can repeat the recording's tests. For this, hexid must drive the
+ * mechanism, and each test must move one axis at the frequency in the parameters of its run, where
+ * measured_add() puts the measured one. No run may have two tests of an axis, because a
+ * configuration states one amplitude for an axis. */
 bool compare_can_be_driven(const struct recording *recording);
 
 #endif

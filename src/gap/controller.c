@@ -13,8 +13,8 @@
 #include "pid.h"
 
 static const double RATE_TOLERANCE = 0.01;
-static const double NEXT_CYCLES = 1.5; /* two samples that are more than this many cycles apart
-                                        * enclose lost ones */
+static const double NEXT_CYCLES = 1.5; /* samples are missing between two successive samples that
+                                        * are more than this many cycles apart */
 static const double FORGOTTEN_S = 0.2; /* time in which the controller's filters forget their
                                         * initial state */
 
@@ -32,8 +32,9 @@ static double variance_sum(const struct moments *m) {
     return sum < 0.0 ? 0.0 : sum;
 }
 
-/* Moments over a stretch without lost samples, in which the integrator's unknown initial value adds
- * one constant for each leg. off: recorded less recomputed commands; all: recorded commands. */
+/* Moments over a stretch without a loss of samples longer than FORGOTTEN_S. In a stretch the
+ * integrator's unknown initial value adds one constant for each leg. off: recorded less recomputed
+ * commands; all: recorded commands. */
 struct stretch {
     struct moments off[LEGS], all[LEGS];
 };
@@ -86,8 +87,8 @@ static void driver_begin(struct driver *d, const struct recording_sample *s, con
     }
 }
 
-/* Advances the reference to the sample's time. Returns true if the recorded reference is that of
- * the formula; it is another one in a test that was stopped. */
+/* Advances the reference to the sample's time. Returns true if the recorded reference equals that
+ * of the formula; in a test that was stopped it does not. */
 static bool driver_follows_formula(struct driver *d, const struct recording_sample *s) {
     double motion[MOTION_ORDERS][DOFS], period_s = d->params.loop.period_s, most = 0.0;
     d->reference.ticks = llround(s->test_time_s / period_s) + 1;
@@ -97,7 +98,7 @@ static bool driver_follows_formula(struct driver *d, const struct recording_samp
 }
 
 /* Computes the commands for a sample. Holds the controller and returns false if the sample is
- * excluded, or if its reference is not the one in which the law `model` looks ahead. */
+ * excluded, or if the law `model` looks ahead in a reference that differs from the recorded one. */
 static bool driver_step(struct driver *d, const struct recording_sample *s, const double ref_m[LEGS], const double force_n[LEGS],
                         double dt_s, double valve[LEGS]) {
     bool model = d->params.control.law == CONTROL_MODEL, held = s->refused || (model && !driver_follows_formula(d, s));
@@ -115,9 +116,9 @@ static bool driver_step(struct driver *d, const struct recording_sample *s, cons
     return !held;
 }
 
-/* Compares the commands of one test. The filters start at rest in the ramp-in; commands are
- * compared in the evaluated part, when the filters have forgotten their start. A short loss of
- * samples counts as one long step; a long one begins a new stretch with new filters. */
+/* Compares the commands of one test. The filters start in the ramp-in; commands are compared in the
+ * evaluated part, when the filters have forgotten their start. A short loss of samples counts as
+ * one long step of the controller; after a long loss a new stretch with new filters begins. */
 static void compare(struct driver *d, const struct recording_test *t, double *difference, double *whole) {
     struct cylinder_areas areas = cylinder_areas(&d->params.actuator);
     struct stretch stretch = {0};

@@ -5,15 +5,15 @@
 
 #include "memory.h"
 
-/* Factors differ between tests even if the friction is constant, because the error of a law that is
- * slightly wrong depends on the test's speed. A Stribeck friction with a wrong exponent gives
- * factors that differ by 15 %. */
+/* The factor on the friction, factor(), differs between tests even if the friction is constant,
+ * because the error of a slightly wrong law depends on the test's speed. A Stribeck friction with a
+ * wrong exponent gives factors that differ by 15 %. */
 static const double RATIO = 1.2;  /* least ratio of two tests' factors that is reported */
-static const double SIGMAS = 6.0; /* least difference of two factors, in its standard deviations,
-                                   * that is reported */
+static const double SIGMAS = 6.0; /* least difference of two factors that is reported, in standard
+                                   * deviations of the difference */
 
-/* Sums over the rows of a test: squares of the change that the friction makes and of the residual,
- * their product, and the number of values. */
+/* Sums over the rows of a test. square: squared changes of the residuals by the friction. white:
+ * squared residuals. product: products of change and residual. values: number of values. */
 struct sums {
     double square, product, white, values;
 };
@@ -28,7 +28,8 @@ static void add_rows(const struct diagnosis *d, const double *change, const doub
     for (int i = 0; i < d->held_out.values; i++) {
         const struct residual_test *t = &d->odd.test[i / ROW];
         struct sums *s = &sum[t->of];
-        /* Segments of another motion are left out: their speeds differ too much. */
+        /* Segments, which are no steady sinusoids, are left out, because their speeds differ too
+         * much. */
         if (!t->spectrum.cycles || !(change[i] != 0.0)) continue;
         s->square += change[i] * change[i], s->product += change[i] * white[i];
         s->white += white[i] * white[i], s->values++;
@@ -36,8 +37,8 @@ static void add_rows(const struct diagnosis *d, const double *change, const doub
 }
 
 /* Finds the two steady tests whose factors have the largest ratio, among pairs that clearly differ.
- * The smaller factor is taken to be at least its standard deviation; the reported ratio is then a
- * lower bound. */
+ * If the smaller factor is less than its standard deviation, the standard deviation takes its
+ * place, and the reported ratio is a lower bound. */
 static struct gap_course compare(const struct sums sum[RECORDING_TESTS], const struct recording *recording) {
     struct gap_course course = {0};
     for (int i = 0; i < recording->tests; i++)
@@ -53,8 +54,8 @@ static struct gap_course compare(const struct sums sum[RECORDING_TESTS], const s
     return course;
 }
 
-/* True for a friction whose strength cannot be negative. The strength of viscous friction can,
- * because it is a difference from the configured viscous friction. */
+/* True for a dry friction of the legs, whose strength cannot be negative. The strength of viscous
+ * friction can, because it is a difference from the configured viscous friction. */
 static bool is_dry(const struct effect *e) { return e->leg_friction && e->keys[0].min >= 0.0; }
 
 struct gap_course course_find(const struct diagnosis *d, const struct recording *recording) {

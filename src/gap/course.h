@@ -5,9 +5,9 @@
 
 #include "diagnose.h"
 
-/* Finds the two steady tests between which the dry friction of the cylinders differs most. For each
- * test, the held-out cycles give the factor on all added dry friction with which the least residual
- * remains. The ratio is 0 if no two factors clearly differ. */
+/* Finds the two steady tests between which the dry friction of the cylinders differs most. Each
+ * test's held-out cycles give the factor on all added dry friction that leaves the smallest
+ * residual. The ratio is 0 if no two factors clearly differ. */
 struct gap_course course_find(const struct diagnosis *d, const struct recording *recording);
 
 #endif

@@ -54,7 +54,8 @@ static void smooth(int values, double *x) {
     }
 }
 
-/* Adds the possible error of a family's laws, for the effects of this family in the model. */
+/* Adds the possible error of a family's laws, from the contribution of those effects of the family
+ * that the model has. */
 static void add_family(struct covariance *c, const struct diagnosis *reference, const struct fit_data *d, int family) {
     double *with = memory_get((size_t)d->values, sizeof *with), *without = memory_get((size_t)d->values, sizeof *without);
     struct params rest = reference->model;

@@ -27,19 +27,19 @@ struct covariance {
     int values, features;
     bool *evaluated;    /* [values] */
     double *spread;     /* [values]: variances of the spread, at size 1 */
-    double *law, *least; /* [values]. law: variance that a law error of 1 would add. least: variance
-                          * that the effects' own law_error adds */
+    double *law, *least; /* [values], as variances. law: what a law error of 1 would add. least:
+                          * what the effects' own law_error adds */
     double *feature;    /* [features][values]: functions of position and speed that make up the
                          * remainder's part `repeats`; if the size of this part is 1, the weight of
                          * each function has a standard deviation of 1 */
 };
 
-/* Finds the covariance. reference: a diagnosis whose whiteners contain noise alone; its model is
- * the reference model. data: the residuals that the covariance is for. */
+/* Finds the covariance. reference: a diagnosis whose whiteners contain noise alone, and whose model
+ * is the reference model. data: the data whose white residuals have this covariance. */
 void covariance_init(struct covariance *c, const struct diagnosis *reference, const struct fit_data *data);
 void covariance_free(struct covariance *c);
 
-/* Variance of a value, with the noise but without the repeating part. */
+/* Variance of a white value, with the noise but without the part `repeats`. */
 double covariance_of(const struct covariance *c, const struct covariance_size *size, int value);
 
 #endif

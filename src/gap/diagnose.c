@@ -8,9 +8,9 @@
 #include "memory.h"
 
 static const double RIDGE_SHARE = 1e-4; /* ridge, as a share of each diagonal element of the Gram
-                                         * matrix (Levenberg 1944), so that noise moves a variable
+                                         * matrix (Levenberg 1944). With it, noise moves a variable
                                          * of the linearised base by at most 50 times the standard
-                                         * deviation that it has when fitted alone */
+                                         * deviation that the variable has when fitted alone */
 enum { FIRST_SETS = 2, BASE_SETS = 6 };
 
 double diagnosis_held_square(const struct diagnosis *d, const struct params *model) {
@@ -20,8 +20,8 @@ double diagnosis_held_square(const struct diagnosis *d, const struct params *mod
     return square;
 }
 
-/* Lists the column of each base variable that another model has as well; NULL for all other
- * variables. */
+/* Lists, for each variable of d, the column that `other` has for the same base variable; NULL if it
+ * has none. */
 static void find_known(const struct diagnosis *d, const struct diagnosis *other, const double *known[FIT_VARIABLES]) {
     for (int i = 0; i < d->variables; i++) {
         const struct variable *v = &d->variable[i];
@@ -38,10 +38,10 @@ static void list_hypotheses(struct diagnosis *d) {
     d->hypotheses = hypotheses_list(d->given, &d->model, d->found, d->even.equations, d->hypothesis);
 }
 
-/* Fits all variables of the model, and updates columns, squares and hypotheses. from: a model that
- * was fitted before, or NULL. On a platform, where computing a set of columns takes long, the first
- * steps use the columns of `from`, unless its whiteners were others. Returns false if the model
- * cannot make the measured motion. */
+/* Fits all variables of the model, and updates columns, squares and hypotheses. from: a diagnosis
+ * that was fitted before, or NULL. On a platform, where computing a set of columns takes long, the
+ * first steps use the columns of `from`, unless its whiteners were others. Returns false if the
+ * model cannot make the measured motion. */
 static bool refit(struct diagnosis *d, const struct diagnosis *from) {
     const double *known[FIT_VARIABLES];
     if (from && !from->whitened_anew && params_legs(d->given) > 1) {
@@ -72,8 +72,8 @@ static void free_tables(struct diagnosis *d) {
     free(d->raw);
 }
 
-/* Returns the diagnosis as it is, and gives it new tables for a change, which end_change() keeps or
- * undoes. */
+/* Returns a copy of the diagnosis as it is, and gives the diagnosis new tables for a change.
+ * end_change() then keeps or undoes the change. */
 static struct diagnosis *begin_change(struct diagnosis *d) {
     struct diagnosis *before = memory_get(1, sizeof *before);
     *before = *d;

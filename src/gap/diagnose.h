@@ -26,10 +26,11 @@ struct diagnosis {
     double square, held_square;          /* sums of squared white residuals of the model, on fitted
                                           * and on held-out cycles; square includes the penalty of
                                           * the priors of effects and of sensors' errors */
-    double *column;                      /* [variables][values]: Jacobian of the white residuals at
-                                          * the model, or so near it that it holds */
-    bool whitened_anew;                  /* the columns belong to other whiteners than the present
-                                          * ones */
+    double *column;                      /* [variables][values]: Jacobian of the white residuals,
+                                          * computed at the model or so near to it that it holds
+                                          * there */
+    bool whitened_anew;                  /* the whiteners have changed since the columns were
+                                          * computed */
     double *gram;             /* [variables][variables]: Gram matrix of the columns, with a ridge */
     double *raw;                         /* [values]: raw residuals at the model */
     struct hypothesis *hypothesis;
@@ -44,10 +45,10 @@ void diagnosis_free(struct diagnosis *d);
 
 /* Estimates the values to report. During the search the base variables, except for the sensors'
  * errors, move freely between their bounds. Here each of them gets a prior about its stated value,
- * with the standard deviation of a uniform distribution between the bounds, so that what an effect
- * and the base explain equally well goes to the effect. If the residuals show less noise than
- * assumed, these priors are widened in proportion, because the white residuals then have too little
- * weight. */
+ * with the standard deviation of a uniform distribution between the bounds, so that a difference
+ * that an effect and the base explain equally well goes to the effect. If the residuals show less
+ * noise than assumed, these priors are widened in proportion, because the white residuals then have
+ * too little weight. */
 void diagnosis_estimate(struct diagnosis *d);
 
 /* Sum of squared white residuals on the held-out cycles; INFINITY if the model cannot make the
@@ -64,9 +65,9 @@ bool diagnosis_add(struct diagnosis *d, const struct hypothesis *h, const struct
 bool diagnosis_assume(struct diagnosis *d, int effects, const struct hypothesis *h, const struct params *model);
 
 /* Removes an added effect and refits the remaining variables. Returns true if the effect is not
- * needed: the squared white residuals rise by less than `most` on the held-out cycles, and by less
- * than `most` plus the penalty for its parameters on the fitted ones. Otherwise restores everything
- * and returns false. */
+ * needed: without it, the squared white residuals rise by less than `most` on the held-out cycles,
+ * and by less than `most` plus the penalty for the effect's parameters on the fitted ones.
+ * Otherwise restores everything and returns false. */
 bool diagnosis_drop(struct diagnosis *d, int addition, double most);
 
 #endif

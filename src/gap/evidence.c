@@ -14,16 +14,17 @@ static int rows_of(const struct covariance *c) {
     return rows;
 }
 
-/* Copies the evaluated values, each times the root of its `scale` if that is not NULL. */
+/* Copies the evaluated values. scale: NULL, or factors, the root of which multiplies each value. */
 static void compress(const struct covariance *c, const double *from, const double *scale, double *to) {
     for (int i = 0, n = 0; i < c->values; i++)
         if (c->evaluated[i]) to[n++] = from[i] * (scale ? sqrt(scale[i]) : 1.0);
 }
 
-/* 1 / standard deviation of a normal distribution whose highest density equals the density of the
- * value's prior at this value. The prior is half a normal distribution of the reciprocal, which is
- * a lag, for instance. Its standard deviation is three times the reciprocal's typical size, also on
- * a small machine, because such constants do not grow with the machine. */
+/* Returns 1 / standard deviation of the normal distribution whose highest density equals the
+ * density of a value's prior at this value. The reciprocal of the value, such as a lag, has half a
+ * normal distribution as its prior. The standard deviation of this prior is three times the typical
+ * size of the reciprocal, also on a small machine, because such constants do not grow with the
+ * machine. */
 static double reciprocal_density(const struct effect_key *k, double value) {
     double wide = 3.0 * fabs(1.0 / k->typical - 1.0 / k->neutral), off = (1.0 / value - 1.0 / k->neutral) / wide;
     return 2.0 * exp(-0.5 * off * off) / (wide * value * value);
@@ -67,8 +68,9 @@ void linearised_free(struct linearised *l) {
 }
 
 /* The linear least-squares problem. column: columns of the model's variables, then of the
- * covariance's features, each for a change by one standard deviation of its prior. white:
- * residuals. Both are divided by the standard deviation of noise and remainder together. */
+ * covariance's features; each is for a change by one standard deviation of the prior. white:
+ * residuals. Columns and residuals are divided by the standard deviation of noise and remainder
+ * together. */
 struct problem {
     int n, rows;
     double *column, *white, log_variance;
@@ -97,9 +99,9 @@ static void state(const struct linearised *l, const struct covariance *c, const 
     free(weight);
 }
 
-/* A quadratic form 1/2 x' h x + g' x, and ranges of the values x. target: minimum of the form over
- * the free values, while the others stay at the ends of their ranges. end: -1, 1: the value is at
- * the lower or upper end; 0: it is free. */
+/* A quadratic form 1/2 x' h x + g' x, and ranges of the values x. end: -1 or 1 for a value that is
+ * fixed at the lower or upper end of its range; 0 for a free value. target: minimum of the form
+ * over the free values, while the fixed ones stay. */
 struct bounded {
     int n;
     const double *h, *g, *least, *most;
@@ -128,8 +130,8 @@ static double value_at(const struct bounded *p, const double *x) {
     return sum;
 }
 
-/* Moves all values to the target, or to the ends of their ranges where it lies beyond them. Returns
- * false and moves nothing if that does not lower the form. */
+/* Moves all values to the target, each no farther than to the end of its range, where it is fixed.
+ * Returns false and moves nothing if this does not lower the form. */
 static bool project(const struct bounded *p) {
     double *clipped = p->matrix; /* the matrix's factor is not needed any more */
     for (int i = 0; i < p->n; i++) clipped[i] = fmin(fmax(p->target[i], p->least[i]), p->most[i]);
@@ -163,7 +165,8 @@ static bool in_range(const struct bounded *p) {
     return in;
 }
 
-/* Frees the value whose gradient points most away from its end. Returns false if there is none. */
+/* Frees the fixed value whose gradient draws it most strongly away from its end. Returns false if
+ * there is none. */
 static bool release(const struct bounded *p) {
     double most = 1e-9;
     int which = -1;

@@ -21,8 +21,8 @@ static const double ENOUGH = 1e-4; /* a fit ends when a step lowers the sum of s
 static const double PROMISE = 0.5; /* columns are kept for the next step if this one lowered the sum
                                     * of squares by at least this share of the prediction */
 static const double HOLDS = 1e-3;  /* columns hold as long as the sum of squares has fallen by less
-                                    * than this share since they were computed; they are then wrong
-                                    * by a few hundredths at most */
+                                    * than this share since they were computed; until then they are
+                                    * wrong by a few hundredths at most */
 
 void variable_set(const struct variable *v, struct params *params, double value) {
     double *place = (double *)(void *)((char *)params + v->offset);
@@ -108,8 +108,8 @@ static double step_of(const struct variable *v, double value) { return value + v
  * independent. */
 static bool is_own(enum residual_equations apart, const struct variable *v) { return v->own && !(v->equations & ~apart); }
 
-/* Number of variables, from v on, that are the same quantity of different, independent legs, so
- * that one evaluation gives the columns of all. */
+/* Number of variables, from v on, that are the same quantity of different legs. One evaluation
+ * gives the columns of all of them, because the legs are independent. */
 static int of_own_legs(enum residual_equations apart, int variables, const struct variable *v, const double *const *known) {
     int n = 1;
     while (n < variables && is_own(apart, v) && is_own(apart, &v[n]) && v[n].offset == v->offset && v[n].leg > v[n - 1].leg &&
@@ -187,9 +187,9 @@ bool fit_columns(const struct fit_data *d, const struct params *model, const dou
     return !s.impossible;
 }
 
-/* Factors the m rows and columns of h that `place` lists, with a ridge of 1e-10 of the diagonal,
- * or, if they are linearly dependent, with the smallest larger one that suffices. Returns false if
- * none up to 1e-4 does. */
+/* Factors the m rows and columns of h that `place` lists, with a ridge of 1e-10 of the diagonal. If
+ * they are linearly dependent, the ridge is raised until the factorisation succeeds. Returns false
+ * if no ridge up to 1e-4 suffices. */
 static bool factor_some(int n, const double *h, int m, const int *place, double *a) {
     for (double ridge = 1e-10; ridge < 2e-4; ridge *= 100.0) {
         for (int i = 0; i < m; i++)
@@ -283,9 +283,9 @@ static void normal_equations(int n, int values, const double *residual, const do
     }
 }
 
-/* Computes the standard deviations of the solution. A value at its bound without a prior gets 0, as
- * does a value that cannot move. A value at its bound with a prior counts as uncertain by its
- * prior, also in the deviations of the others. */
+/* Computes the standard deviations of the solution. A value that cannot move gets 0, as does a
+ * value at its bound without a prior. A value at its bound with a prior gets a standard deviation
+ * that includes the prior, and adds to the deviations of the other values. */
 static void deviations(int n, const double *h, const struct fit_prior *prior, const double *min, const double *max, const bool *is_free,
                        double *std) {
     double a[COLUMNS_MAX * COLUMNS_MAX], diagonal[COLUMNS_MAX], work[COLUMNS_MAX];
@@ -320,8 +320,8 @@ bool fit_box(int n, int values, const double *residual, const double *const *col
 }
 
 /* Finds the least sum of squares of the white residuals that the linear part can reach, with the
- * penalty of its priors, and sets linear->x. Without a linear part it is the sum of squares itself.
- * INFINITY if the equations are singular. */
+ * penalty of its priors, and sets linear->x. Without a linear part, returns the sum of squares
+ * itself. Returns INFINITY if the equations are singular. */
 static double linear_square(int values, const double *white, const struct linear_part *linear) {
     double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX], slope[COLUMNS_MAX], sum = fit_square(values, white);
     int n = linear ? linear->n : 0;
@@ -367,9 +367,9 @@ bool fit_raw(const struct fit_data *d, const struct params *model, double *raw) 
     return raw_residual(d, model, EQUATIONS_ALL, ALL_LEGS, raw);
 }
 
-/* Returns the penalty of the priors, in squared white residuals. If `counted`, it is that of
- * effects and of penalised base variables, which fit_result.square includes; otherwise it is that
- * of all other base variables. */
+/* Returns the penalty of priors, in squared white residuals. counted: true for the priors of
+ * effects and of penalised base variables, whose penalty fit_result.square includes; false for the
+ * priors of all other base variables. */
 static double prior_cost(const struct params *model, int variables, const struct variable *v, bool counted) {
     double sum = 0.0;
     for (int i = 0; i < variables; i++)
@@ -453,7 +453,7 @@ static double promised(const struct descent *s, const struct step *p, const doub
 }
 
 /* Moves the model by a step that is damped until the sum of squares falls; without `damp` only the
- * step itself is tried. False if no step lowers it. */
+ * undamped step is tried. Returns false if no step lowers the sum. */
 static bool descend(struct descent *s, const struct step *p, bool damp, double *x) {
     double linear[COLUMNS_MAX];
     size_t size = s->linear ? (size_t)s->linear->n * sizeof *linear : 0;
@@ -482,15 +482,15 @@ static void set_up(const struct descent *s, const double *const *column, struct 
     normal_equations(p->n, s->d->values, s->white, column, p->moved, linear ? linear->gram : NULL, p->h, p->g);
 }
 
-/* A fit's columns: those of its own variables, then those of the linear part. Those of the base
- * hold for a model near the one for which they were computed. */
+/* Columns of a fit, first those of its own variables, then those of the linear part. A base
+ * variable's column holds for any model near the one for which it was computed. */
 struct jacobian {
     const double *column[COLUMNS_MAX];
     double *own;     /* room for the columns that are not known beforehand */
     double square;   /* sum of squares of the model for which the base's columns were computed */
 };
 
-/* Computes the columns that are not known; keep: those of the base are kept. */
+/* Computes the columns that are not known. keep: leaves the columns of the base as they are. */
 static bool compute(const struct descent *s, const double *const *known, bool keep, struct jacobian *j) {
     const double *kept[COLUMNS_MAX];
     for (int i = 0; i < s->variables; i++) kept[i] = keep && s->v[i].base ? j->column[i] : known ? known[i] : NULL;
@@ -519,9 +519,9 @@ static bool plan(const struct descent *s, const struct jacobian *j, struct step 
 
 /* Moves the model to the least sum of squares, computing the columns of all variables at most
  * `sets` times. Without a linear part the base's columns are kept for further steps as long as they
- * hold or predict the steps well: the residuals are almost linear in the base's variables, and
- * computing their columns takes as long as a hundred steps. Columns of the last of the `sets`
- * times serve one step only. With kept columns the fit ends only if they hold and predict little
+ * hold or predict the steps well, because the residuals are almost linear in the base's variables,
+ * and computing their columns takes as long as a hundred steps. Columns that are computed the last
+ * time serve one step only. A fit with kept columns ends only if they hold and predict little
  * further gain. Returns false if the columns cannot be computed. */
 static bool fit_steps(struct descent *s, const double *const *known, int sets, struct jacobian *j, struct fit_result *result) {
     double x[COLUMNS_MAX];

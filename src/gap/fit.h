@@ -16,19 +16,19 @@ struct variable {
     const char *name;        /* configuration key, such as "hydraulics.bulk_modulus_pa"; for an
                               * effect, name of its key; for a sensor's error, name of its kind */
     size_t offset;           /* offset in struct params of the number, or of the first in a list */
-    /* leg: the only leg that the variable is for, or -1: all legs have the same value. legs: how
-     * many numbers the list has; 1: there is a single number. */
+    /* leg: the only leg to which the variable belongs, or -1: all legs have the same value. legs:
+     * length of the list of numbers; 1: there is a single number. */
     int leg, legs;
     bool own;                /* affects only its own leg's residuals, in equations whose legs are
                               * independent (residual_legs_apart) */
-    /* effect: effect to which the variable belongs, and which it switches on; -1: it belongs to no
-     * effect. key: number of its key in the effect. */
+    /* effect: index of the effect to which the variable belongs, and which variable_set() switches
+     * on; -1: none. key: number of the variable's key in the effect. */
     int effect, key;
     bool base;               /* part of the base model, so never a finding */
-    bool penalised;          /* base variable whose prior counts in the sum of squares, as an
-                              * effect's does: the error of a sensor */
+    bool penalised;          /* base variable that is the error of a sensor; its prior counts in the
+                              * sum of squares, as that of an effect does */
     double min, max;         /* bounds of the value */
-    double neutral;          /* value of an effect's parameter without the effect; mean of the
+    double neutral;          /* value at which an effect's parameter has no effect; mean of the
                               * prior */
     double prior_inverse_std; /* 1 / standard deviation of the prior, which decides where the data
                                * do not; 0: no prior */
@@ -62,10 +62,10 @@ double fit_square(int n, const double *white); /* sum of squares of white residu
  * cannot make the measured motion, with the effect or without it. */
 bool fit_contribution(const struct fit_data *d, const struct params *model, int effect, double *white);
 
-/* Computes the Jacobian of the white residuals at the model, [variable][values]. raw: the model's
- * raw residuals. known: [variables], not NULL for columns that exist already, which are left out;
- * may be NULL. Returns false if a moved model cannot make the measured motion; the columns are then
- * undefined. */
+/* Computes the Jacobian of the white residuals at the model, [variables][values]. raw: the model's
+ * raw residuals. known: [variables], an existing column, which is not computed, or NULL for each
+ * variable; `known` itself may be NULL. Returns false if a moved model cannot make the measured
+ * motion; the columns are then undefined. */
 bool fit_columns(const struct fit_data *d, const struct params *model, const double *raw, int variables, const struct variable *v,
                  const double *const *known, double *column);
 
@@ -83,7 +83,8 @@ bool fit_box(int n, int values, const double *residual, const double *const *col
 
 struct fit_result {
     bool ok;                            /* false: the model at the start cannot make the measured
-                                         * motion */
+                                         * motion, or the columns that fit_model() is to return
+                                         * cannot be computed */
     double square;                      /* sum of squared white residuals at the end, with the
                                          * penalty of the priors of effects, of penalised base
                                          * variables and of the linear part */
@@ -94,16 +95,16 @@ struct fit_result {
  * of the model without the hypothesis. */
 struct linear_part {
     int n;
-    const double *raw;                  /* raw residuals of the model at x = 0, which differs from
-                                         * the fitted model only in the values of the fit's own
+    const double *raw;                  /* raw residuals of the model at x = 0; this model differs
+                                         * from the fitted one only in the values of the fit's own
                                          * variables */
     const double *column;               /* [n][values]: Jacobian of the white residuals */
     const double *gram;        /* [n][n]: from fit_gram, plus a ridge that limits x and counts in
                                 * the sum of squares */
     const double *min, *max;
     const struct fit_prior *prior;
-    double *x;                          /* [n]: changes of the variables from that model; on entry
-                                         * the start of the solution, then the result */
+    double *x;                          /* [n]: changes of the variables from the model at x = 0; on
+                                         * entry the start of the solution, then the result */
     double worth;             /* least predicted gain, in squared white residuals, for which another
                                * step is taken */
 };
@@ -124,11 +125,10 @@ double fit_share(const struct fit_data *d, const double *white, const double *ch
 /* Fits the variables, starting from `model`, which receives the result. known: columns that stay
  * constant; NULL: all columns are computed. raw: raw residuals at the start, if they are known.
  * sets: largest number of times that the columns of all variables are computed for steps. Without a
- * linear part, the base's columns may serve several steps, but those of the last time serve one.
- * column:
- * [variables][values], set to the columns that are not known, at the result or so near it that they
- * hold there; result.ok is false if they cannot be computed. known, linear, raw and column may be
- * NULL. */
+ * linear part, columns of the base may serve several steps; those that are computed the last time
+ * serve one step. column: [variables][values], set to the columns that are not known, at the result
+ * or so near it that they hold there; result.ok is false if they cannot be computed. known, linear,
+ * raw and column may be NULL. */
 struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v,
                             const double *const *known, const struct linear_part *linear, const double *raw, int sets, double *column);
 

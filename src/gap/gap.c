@@ -38,8 +38,8 @@ static void extend(const struct params *given, const struct diagnosis *d, struct
     }
 }
 
-/* Removes the effects from the result, because no effect of the catalogue explains the gap. Its
- * models and sizes become those without effects. */
+/* Removes the effects from the result, because no effect of the catalogue explains the gap. The
+ * result's models and sizes become those without effects. */
 static void give_up(const struct params *given, struct gap_result *r) {
     r->effects = r->ambiguous = r->in_doubt = 0;
     r->ambiguous_together = false;
@@ -58,7 +58,8 @@ void gap_progress(const struct gap_options *o, const char *step, double share) {
     if (o->progress) o->progress(o->context, step, share);
 }
 
-/* Reads what a diagnosis leaves on the held-out cycles into the result and the remainder. */
+/* Fills `white_after` of the result, and the remainder, from the residuals that the diagnosis
+ * leaves on the held-out cycles. */
 static void read_remainder(const struct diagnosis *d, struct gap_result *r, struct remainder *m) {
     r->white_after = d->held_square / d->held_out.evaluated;
     m->after = d->held_square, m->beyond_laws = goodness_beyond_laws(d), m->noise = goodness_noise(d);
@@ -78,9 +79,10 @@ static bool leaves_more(const struct gap_result *r) {
     return r->white_after > LEFT_WHITE && r->unexplained_fraction > law * law;
 }
 
-/* True if the search may have gone astray, because it adds one effect at a time: its verdict is
- * unknown_effect, or, with one leg, it found several effects, or one with a remainder or with a
- * value at its bound. One leg has too few equations to find this out otherwise. */
+/* True if the search may have gone astray, because it adds one effect at a time. This is so if its
+ * verdict is unknown_effect. With one leg it is also so if the search found several effects, a
+ * value at its bound, or a single effect that leaves a remainder: one leg has too few equations to
+ * show the mistake otherwise. */
 static bool doubtful(const struct gap_result *r) {
     bool doubt = r->effects > 1 || (r->effects == 1 && leaves_more(r));
     for (int i = 0; i < r->effects; i++)
@@ -95,9 +97,10 @@ static double least_z(const struct gap_result *r) {
 }
 
 /* True if the result of the sets replaces that of the search. If the sets only add effects, they
- * must leave a smaller residual, with a z of at least Z_NAMED for each effect. If they add none,
- * they must be ambiguous. In this case, and if both results have effects that the other lacks, both
- * must leave no more than noise, so that evidence decides. */
+ * must leave a smaller residual, and each effect needs a z of at least Z_NAMED. If they add no
+ * effect, their result must be ambiguous, and both results must leave no more than noise. If each
+ * result has effects that the other lacks, both must leave no more than noise, so that evidence
+ * decides. */
 static bool differs(const struct gap_result *search, const struct gap_result *sets) {
     bool noise = search->white_after < LEFT_WHITE && sets->white_after < LEFT_WHITE;
     if (includes(search, sets)) return sets->ambiguous && noise;
@@ -105,17 +108,17 @@ static bool differs(const struct gap_result *search, const struct gap_result *se
     return noise;
 }
 
-/* True if the result of the sets replaces an unknown effect. With one leg it always does. With six
- * legs it does if the sets leave more than noise and errors of the laws, so that judge() cannot
- * name their effects but judge_partly() may, or if they explain the gap by fewer effects than the
- * search, all of them with empirical laws. */
+/* True if the result of the sets replaces an unknown effect. With one leg this is always so. With
+ * six legs it is so in two cases. Either the sets leave more than noise and errors of the laws
+ * explain, so that judge() cannot name their effects but judge_partly() may. Or they have fewer
+ * effects than the search found, all with empirical laws. */
 static bool instead_of_unknown(const struct gap_result *search, const struct gap_result *sets, const struct remainder *m) {
     bool fewer = sets->effects < search->effects && statements_empirical(sets);
     return params_legs(&search->model) == 1 || m->beyond_laws > 1.0 || fewer;
 }
 
-/* A recording that is judged: its diagnosis, what the effects of the result leave, and the
- * simulations with them. */
+/* A recording that is judged: its diagnosis, the remainder that the result's effects leave, and the
+ * simulations with these effects. */
 struct inquiry {
     struct diagnosis *d;
     struct remainder remainder;
@@ -125,7 +128,8 @@ struct inquiry {
     struct tried *tried;
 };
 
-/* Copies a result for other effects, which no simulation has shown yet. */
+/* Copies a result, to be filled with other effects. Fields that are set anew only if a simulation
+ * succeeds or a verdict needs them are cleared. */
 static struct gap_result *copy_for_others(const struct gap_result *r) {
     struct gap_result *other = memory_get(1, sizeof *other);
     *other = *r;
@@ -134,9 +138,8 @@ static struct gap_result *copy_for_others(const struct gap_result *r) {
     return other;
 }
 
-/* Compares the models and judges again with the effects of another result, which the diagnosis has
- * now. If these effects are named, at least partly, the other result replaces *r, and *named is
- * true. */
+/* Compares the models and judges again, with the effects of `other`, which the diagnosis already
+ * has. If these effects are named, at least partly, *other replaces *r, and *named becomes true. */
 static int judge_again(struct inquiry *q, struct gap_result *other, struct gap_result *r, bool *named, struct error *error) {
     struct replay runs[2] = {{0}};
     struct remainder remainder = q->remainder;
@@ -156,8 +159,8 @@ static int judge_again(struct inquiry *q, struct gap_result *other, struct gap_r
     return STATUS_OK;
 }
 
-/* Compares sets of effects under a remainder, and judges again if they say something else than the
- * search. */
+/* Compares sets of effects under a remainder, and judges again if their result differs from that of
+ * the search. */
 static int review(struct inquiry *q, struct gap_result *r, struct error *error) {
     struct gap_result *other = copy_for_others(r);
     int status = STATUS_OK;
@@ -177,8 +180,8 @@ static int review(struct inquiry *q, struct gap_result *r, struct error *error) 
     return status;
 }
 
-/* Turns the certainty of simpler effects that are not named into the certainty of the search's
- * result, which contradicts them. */
+/* Changes the certainty from that of the simpler effects, which were not named, to that of the
+ * search's result, which the simpler effects contradict. */
 static void contradict(const struct gap_result *simpler, struct gap_certainty *c) {
     c->other_probability = c->probability, c->probability = 1.0 - c->probability;
     c->others = simpler->effects < GAP_EFFECTS ? simpler->effects : GAP_EFFECTS;
@@ -199,8 +202,8 @@ static int weigh(struct inquiry *q, struct gap_result *r, struct error *error) {
     return status;
 }
 
-/* True if all tests of both recordings are steady sinusoids, and each axis that both move has the
- * same frequency in both, within a tenth. */
+/* True if all tests of both recordings are steady sinusoids, and if each axis that both recordings
+ * move has the same frequency in both, within a tenth. */
 static bool one_frequency(const struct recording *a, const struct recording *b) {
     for (int i = 0; i < a->tests; i++)
         for (int j = 0; j < b->tests; j++) {

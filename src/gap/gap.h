@@ -23,9 +23,9 @@ struct gap_options {
 void gap_progress(const struct gap_options *options, const char *step, double share);
 
 /* Runs the whole diagnosis. validate: another log, which judges the result in place of the held-out
- * cycles, or NULL. Both logs must have been admitted (admit.h). waves: filled if the result is
- * simulated, otherwise left as it was; freed by the caller; may be NULL. Returns 0 or a negative
- * status. */
+ * cycles; NULL: there is none. Both logs must have been admitted (admit.h). waves: filled if the
+ * result is simulated, otherwise left as it was; freed by the caller; may be NULL. Returns 0 or a
+ * negative status. */
 int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,
               const struct gap_options *options, struct gap_result *result, struct waves *waves, struct error *error);
 

@@ -29,29 +29,30 @@ struct gap_effect {
     int effect;                           /* index in effect_table */
     int pattern;              /* legs that have the effect: -1 all with one value, -2 each with its
                                * own value, 0..5 that leg alone */
-    int keys;                             /* number of keys in use, the first ones; an effect with a
-                                           * key for each axis of the pose uses as many as the
-                                           * mechanism has axes */
+    int keys;                             /* number of keys in use, from the first on; an effect
+                                           * with a key for each axis of the pose uses as many as
+                                           * the mechanism has axes */
     struct effect_values values;
     struct effect_values given;           /* values in the configuration; `on`: the configuration
-                                           * has the effect too, with these values */
+                                           * has the effect, too */
     double std[EFFECT_KEYS][LEGS];        /* standard deviations, larger if a gap remains; 0: the
                                            * value is at its bound, or was not fitted */
     bool bound[EFFECT_KEYS][LEGS];        /* the value is at an end of its range, so it is no
                                            * estimate */
     double share_explained;               /* share of the squared gap that the effect explains, on
                                            * held-out cycles. By the search: 1 for a single effect;
-                                           * with several, at least the share of the explained gap
-                                           * that disappeared when this one was added. By sets of
+                                           * for one of several, the share of the explained gap that
+                                           * disappeared when it was added, or the share that it
+                                           * explains alone, whichever is larger. By sets of
                                            * effects: share of the gap above noise that the effect
                                            * explains alone */
-    double z;                             /* strength of evidence: square root of the gain in
-                                           * squared white residuals on all cycles, less the penalty
-                                           * of the effect's priors; with several effects, of the
-                                           * gain when this one was added. By sets of effects: root
-                                           * of twice the log evidence that is lost without the
-                                           * effect. Clock skew: its deviation in standard
-                                           * deviations */
+    double z;                             /* strength of evidence. By the search: square root of the
+                                           * gain in squared white residuals on all cycles, less the
+                                           * penalty of the effect's priors; for one of several
+                                           * effects, of the gain when it was added. By sets of
+                                           * effects: square root of twice the log evidence that is
+                                           * lost without the effect. For clock skew: deviation of
+                                           * the ratio of the clocks, in standard deviations */
     char evidence[GAP_TEXT];
 };
 
@@ -60,13 +61,13 @@ struct gap_candidate {
     int effect, pattern;
     double gain;     /* gain in squared white residuals on the fitted cycles, less the penalty for
                       * its parameters */
-    double z;        /* z as in gap_effect; a trial that gained little in its first steps was not
-                      * fitted further */
+    double z;        /* z as in gap_effect; it is too small for a trial that gained little in its
+                      * first steps, because such a trial was not fitted further */
     double share_explained; /* share of the squared gap that the effect explains alone, on held-out
                              * cycles; below 0 if it enlarges the gap */
     bool unseen;     /* the search does not name the effect, because the data do not show it: a
-                      * value is at a bound, or it is a friction that acts only where a leg may
-                      * stick */
+                      * value is at a bound, or the effect is a friction that acts mostly where a
+                      * leg may stick */
 };
 
 /* An effect or a family of effects, with the probability that the machine has it. The probability
@@ -84,10 +85,12 @@ struct gap_statement {
 };
 
 /* Probability of a verdict among the sets of effects that were compared, and the likeliest set that
- * contradicts it. probability NaN: not known, as for an unknown effect. */
+ * contradicts the verdict, with its own probability. probability NaN: not known, as for an unknown
+ * effect. */
 struct gap_certainty {
     double probability, other_probability;
-    int others, other[GAP_EFFECTS];       /* effects of that set; none: the base alone */
+    int others, other[GAP_EFFECTS];       /* effects of the contradicting set; none: the base
+                                           * alone */
 };
 
 struct gap_place {
@@ -127,7 +130,7 @@ struct gap_tone {
 struct gap_course {
     int frictions, effect; /* frictions: number of dry frictions among the effects; effect: the last
                             * of them */
-    double ratio;          /* how many times as large the friction is in one test as in another; 0:
+    double ratio;          /* friction in the test `most`, divided by that in the test `least`; 0:
                             * it does not clearly change */
     bool at_least;         /* `ratio` is only a lower bound of the true ratio */
     struct {
@@ -151,15 +154,15 @@ struct gap_result {
     struct gap_effect effect[GAP_EFFECTS];/* the most certain effect first */
     int statements;                       /* number of statements: first the sure ones, which the
                                            * verdict makes if it names effects, then the likeliest
-                                           * other effects; 0: the effects are those of the search,
-                                           * or simpler ones in their place */
+                                           * other effects; 0: the effects of the result are those
+                                           * of the search, or simpler ones in their place */
     struct gap_statement statement[GAP_STATEMENTS];
-    struct gap_certainty certainty;       /* of what the verdict says */
+    struct gap_certainty certainty;       /* certainty of the verdict */
     int ambiguous;                        /* number of effects that the data cannot distinguish from
                                            * effect[in_doubt]; ambiguous_with: their indices in
                                            * effect_table */
-    bool ambiguous_together;              /* only all of them together look like effect[in_doubt];
-                                           * false: each one does */
+    bool ambiguous_together;              /* only all ambiguous_with together look like
+                                           * effect[in_doubt]; false: each one alone does */
     int in_doubt;
     int ambiguous_with[GAP_RIVALS];
     bool offset_rival;                    /* a dry friction among the effects may also be a
@@ -175,8 +178,8 @@ struct gap_result {
     bool simulated;                       /* the sizes come from simulations in closed loop; false:
                                            * from the equations under the measured motion */
     bool validated;                       /* the held-out sizes come from another log */
-    char replay_fault[GAP_TEXT];          /* fault in which the simulation with the effects ended;
-                                           * empty if it ended in none */
+    char replay_fault[GAP_TEXT];          /* fault that ended the simulation with the effects; empty
+                                           * if it ended without one */
     double unexplained_fraction;          /* share of the squared gap above the noise floor that is
                                            * left on held-out data, 0..1; NaN if nothing can be
                                            * compared */
@@ -188,24 +191,25 @@ struct gap_result {
     bool tone_simulated;                  /* the simulation with the effects shows the tone as
                                            * well */
     bool controller_known, controller_differs;
-    double one_hz;                        /* lowest frequency of the tests if each axis has one,
-                                           * also where the validation log moves it; 0: an axis
-                                           * has several, or a motion is no sinusoid */
+    double one_hz;                        /* lowest frequency of the tests if each axis has one
+                                           * frequency, which is the same in the validation log; 0:
+                                           * an axis has several, or a motion is no sinusoid */
     double stated_hz, moved_hz;           /* stated and measured frequency of the first test in
                                            * which they differ; otherwise 0 */
     double sampled_s;                     /* time between the log's samples if it differs from the
                                            * controller's cycle; otherwise 0 */
-    double controller_difference;         /* rms part of the commands that the configured controller
-                                           * does not reproduce, as a share of the rms of their
-                                           * variation; NaN: not known */
+    double controller_difference;         /* rms difference between the recorded commands and those
+                                           * of the configured controller, as a share of the rms
+                                           * variation of the recorded ones; NaN: not known */
     double white_before, white_after;     /* mean squared white residual on held-out cycles, without
                                            * and with the effects found; noise gives 1 */
-    bool matrices;                        /* the next three are valid: inertia matrices by method A,
-                                           * as measured and as simulated */
+    bool matrices;                        /* measured_mt, before_mt and after_mt are valid: inertia
+                                           * matrices by method A, as measured and as simulated
+                                           * without and with the effects */
     double measured_mt[DOFS][DOFS], before_mt[DOFS][DOFS], after_mt[DOFS][DOFS];
     bool repaired;                        /* repaired_mt is valid, because friction was found */
     double repaired_mt[DOFS][DOFS];       /* measured inertia matrix, less the change that the found
-                                           * friction makes in simulation */
+                                           * friction makes to the matrix in simulation */
     struct params base_model;             /* the base as fitted without effects */
     struct params model; /* the given configuration with the found effects; the base values are the
                           * given ones */
@@ -230,11 +234,11 @@ const char *gap_statement_level(const struct gap_statement *statement);
 /* Writes a probability in words, as in "0.91" or "below 0.001"; returns them. */
 const char *gap_probability_words(double probability, char words[GAP_WORDS]);
 
-/* Returns the family that the verdict states in place of an effect, "" if it states none. */
+/* Returns the first family that the verdict states in place of an effect; "" if it states none. */
 const char *gap_family_name(const struct gap_result *result);
 
-/* How far a candidate is behind the likeliest one, on the scale of z: the root of the difference of
- * the two squared z. */
+/* Distance of a candidate behind the likeliest one, on the scale of z: the square root of the
+ * difference between the two squared z. */
 double gap_short(const struct gap_result *result, const struct gap_candidate *candidate);
 
 /* Sorts the effects, the most certain first. in_doubt is left as it was. */

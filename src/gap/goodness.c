@@ -6,11 +6,11 @@
 #include "memory.h"
 
 static const double NOISE_SQUARE = 0.8;  /* largest mean square of white residuals that counts as
-                                          * noise. It is below 1, because a third of the assumed
-                                          * variance is an allowance for modelling error
-                                          * (BASE_ERROR), and half of the scatter of the cycles is
-                                          * motion, which the equations follow; 0.4 to 0.6 is
-                                          * measured */
+                                          * noise. There are two reasons why it is below 1. A third
+                                          * of the assumed variance is an allowance for modelling
+                                          * error (BASE_ERROR). Half of the scatter of the cycles is
+                                          * true motion, which the equations follow. Measured: 0.4
+                                          * to 0.6 */
 static const double SCATTER = 6.0;       /* allowance above NOISE_SQUARE, in standard deviations of
                                           * the mean square */
 static const double LAW_SIGMAS = 4.0;    /* largest deviation from its law that an effect may show,
@@ -19,7 +19,7 @@ static const double FEW_CYCLES = 10.0;   /* allowance in place of the mean squar
                                           * from two or three cycles, which is infinite */
 
 /* Mean square of the values of one row, which is one residual of one leg. Only evaluated values
- * count; their noise is above 0. */
+ * count, which are those with a noise above 0. */
 static double mean_square(const double *part, const double *noise) {
     double sum = 0.0, rows = 0.0;
     for (int a = 0; a < RESIDUAL_SIZE; a++)
@@ -52,12 +52,12 @@ double goodness_law_error(const struct diagnosis *d) {
     return sum;
 }
 
-/* Mean square of noise divided by a variance estimated from the scatter of this many cycles
- * (Student's t). 0 cycles: the variance comes from all samples. */
+/* Mean square of noise in units of a standard deviation that was estimated from the scatter of this
+ * many cycles (Student's t). 0 cycles: the estimate comes from all samples. */
 static double student(int cycles) { return !cycles ? 1.0 : cycles > 3 ? (cycles - 1.0) / (cycles - 3.0) : FEW_CYCLES; }
 
-/* Largest weighted sum of squared white residuals that noise gives. weights, squares: sums over the
- * values of weight times variance of the noise, and of the square of this product. */
+/* Largest weighted sum of squared white residuals that noise gives. weights: sum over the values of
+ * each value's weight times its noise variance. squares: sum of the squares of these products. */
 static double noise_at_most(double weights, double squares) { return NOISE_SQUARE * weights + SCATTER * sqrt(2.0 * squares); }
 
 double goodness_noise(const struct diagnosis *d) {

@@ -16,17 +16,17 @@ enum { LEFT_WHITE = 2 };
 double goodness_law_error(const struct diagnosis *d);
 
 /* Sum of squared white residuals on held-out cycles, divided by the most that noise and laws (at
- * four times their error) explain. Above 1 a part remains that neither explains. The error of a
- * leg's friction law is allowed in every value of the leg, because a seal's friction varies along
- * the stroke. INFINITY: the model cannot make the measured motion. */
+ * four times their error) explain. Above 1, some of the residuals are explained by neither. The
+ * error of a leg's friction law is allowed in every value of the leg, because a seal's friction
+ * varies along the stroke. INFINITY: the model cannot make the measured motion. */
 double goodness_beyond_laws(const struct diagnosis *d);
 
-/* Computes what goodness_beyond_laws() returns, but for any `rows` white values: their squares
+/* Does the computation of goodness_beyond_laws() for any `rows` white values: their squares,
  * divided by the most that noise and laws explain. noise: mean square of each value's noise; 0: the
  * value is not evaluated. law: square of the laws' error in each value. Returns the larger of two
- * ratios: in one each value is weighted by its inverse variance, error of the laws included, in the
- * other by the square of this weight. So values with a large error of the laws do not excuse the
- * others. */
+ * ratios. In one of them each value is weighted by its inverse variance, error of the laws
+ * included, in the other by the square of this weight. So values with a large error of the laws do
+ * not excuse the others. */
 double goodness_weigh(int rows, const double *white, const double *noise, const double *law);
 
 /* Largest sum of squared white residuals on held-out cycles that noise alone gives. */

@@ -7,8 +7,8 @@
 #include "dense.h"
 #include "memory.h"
 
-/* Notes the evaluated rows of a leg in a test. before: number of evaluated rows before them.
- * Returns the number up to their end. */
+/* Notes the evaluated rows of a leg in a test. before: number of evaluated rows before these.
+ * Returns the number with these included. */
 static int note_rows(struct held *h, const struct fit_data *d, const struct covariance *c, const double *variance, int test, int leg,
                      int before, double covariance[RESIDUAL_SIZE][RESIDUAL_SIZE]) {
     enum { VALUES = RESIDUALS * RESIDUAL_SIZE };
@@ -67,8 +67,8 @@ static void solve_lower(int n, const double *factor, double *x) {
     for (int i = 0; i < n; i++) x[i] = (x[i] - dense_dot(i, factor + i * n, x)) / factor[i * n + i];
 }
 
-/* Factor L of the covariance L L' of a leg's rows, whose variance is 1 without the friction.
- * Returns false if that is not positive definite to rounding. */
+/* Finds the factor L of the covariance L L' of a leg's rows. Without the friction each row has a
+ * variance of 1. Returns false if the covariance is not positive definite to rounding. */
 static bool factor_rows(const struct held *h, const struct held_rows *place, const double *weight, double *factor) {
     int n = place->rows, first = place->first;
     for (int i = 0; i < n; i++)

@@ -8,8 +8,8 @@
 
 #include "covariance.h"
 
-/* Rows of a leg that may be held in a test: the first one, their number, and the covariance that
- * the leg's friction adds to the coefficients of its force, N^2. */
+/* Rows of a leg that may be held, in one test: index of the first row, number of rows, and the
+ * covariance that the leg's friction adds to the coefficients of its force, N^2. */
 struct held_rows {
     int first, rows;
     double covariance[RESIDUAL_SIZE][RESIDUAL_SIZE];
@@ -19,7 +19,7 @@ struct held {
     int places;
     struct held_rows *place;
     int *coefficient; /* [rows]: index of the coefficient that each evaluated row belongs to */
-    double *per_n;    /* [rows]: derivative of the row, in units of the noise, with respect to that
+    double *per_n;    /* [rows]: derivative of the row, in units of the noise, with respect to the
                        * coefficient of the force, 1/N */
 };
 

@@ -23,8 +23,8 @@ static bool moves_pressure(const struct effect *e, const struct machine *a, cons
     return e->opening || e->command || DIFFER(supply) || DIFFER(oil) || DIFFER(valve) || DIFFER(hose) || DIFFER(timing.command_delay_s);
 }
 
-/* Reach of an effect: which residuals it changes, through the constants that it changes and through
- * its laws. */
+/* Reach of an effect: the residuals that it changes, through the constants that it changes and
+ * through its laws. */
 struct reach {
     enum residual_equations equations;
     bool own; /* a leg's value affects only that leg's residuals, because neither bodies nor pose
@@ -54,11 +54,11 @@ static double difference_step(const struct effect_key *k) {
     return 0.02 * (typical > 0.0 ? typical : fabs(k->typical));
 }
 
-/* 1 / standard deviation of a value's prior; 0: no prior. The standard deviation is three times the
- * value's typical size, or the largest deviation in the configuration if that is larger. If the
- * data show an effect of such a size, the prior decides nothing; it rejects absurd values, such as
- * a joint 80 mm from its place. A reciprocal key (effect.h) has no prior, because its neutral value
- * stands for infinity. */
+/* Returns 1 / standard deviation of a value's prior; 0: no prior. The standard deviation is three
+ * times the value's typical size, or the largest deviation in the configuration if that is larger.
+ * For an effect of this size the prior decides nothing; it rejects absurd values, such as a joint
+ * 80 mm from its place. A reciprocal key (effect.h) has no prior, because its neutral value stands
+ * for infinity. */
 static double prior_inverse_std(const struct effect_key *k, const struct effect_values *given, int key) {
     double deviation = 3.0 * fabs(k->typical - k->neutral);
     for (int leg = 0; leg < LEGS && given->on; leg++) deviation = fmax(deviation, fabs(given->value[key][leg] - k->neutral));
@@ -78,8 +78,9 @@ static bool possible(const struct params *given, const struct variable *v, doubl
     return hypothesis_possible(&with);
 }
 
-/* End of a variable's range: `end`, or, if that makes the given machine impossible, nine tenths of
- * the way from the neutral value to the farthest possible one. */
+/* Returns the end of a variable's range. This is `end`, unless the given machine is impossible with
+ * that value. In this case it is nine tenths of the way from the neutral value to the farthest
+ * possible one. */
 static double possible_end(const struct params *given, const struct variable *v, double end) {
     double most = 0.0, step = 0.5;
     if (possible(given, v, end)) return end;
@@ -184,7 +185,7 @@ bool hypothesis_make_symmetric(struct hypothesis *h) {
     const struct effect_key *first = &e->keys[0], *second = &e->keys[1];
     bool pair = e->leg_friction && second->name && !strcmp(first->unit, second->unit) && first->typical == second->typical;
     if (!pair || h->pattern != PATTERN_ALL || h->variables < 2) return false;
-    /* the values of key 1 follow those of key 0 in struct effect_values, so one list contains
+    /* in struct effect_values the values of key 1 follow those of key 0, so one list can contain
      * both */
     h->variable[0].legs = 2 * LEGS;
     memmove(h->variable + 1, h->variable + 2, (size_t)(--h->variables - 1) * sizeof *h->variable);
@@ -196,7 +197,7 @@ bool hypothesis_is_dry(const struct hypothesis *h) { return !strcmp(effect_table
 
 enum parallel hypothesis_parallel(const struct hypothesis *h, const struct variable *base) {
     if (!alike(h, base) || (h->symmetric && !strcmp(base->name, "axis.force_offset_n"))) return PARALLEL_NOT;
-    /* the data distinguish a base variable common to all legs from one leg's effect */
+    /* the data can tell a base variable that is common to all legs from an effect in one leg */
     if (base->leg < 0) return h->pattern < 0 ? PARALLEL_SAME : PARALLEL_NOT;
     if (h->pattern >= 0 && h->pattern != base->leg) return PARALLEL_NOT;
     /* the base has a variable for each leg, but the effect has one value for all legs */

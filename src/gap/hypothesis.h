@@ -11,15 +11,15 @@ enum { HYPOTHESES_MAX = EFFECTS_MAX * (2 + LEGS), HYPOTHESIS_VARIABLES = EFFECT_
 
 struct hypothesis {
     int effect, pattern;
-    bool symmetric; /* both directions have one value, so that the hypothesis is not parallel to a
+    bool symmetric; /* both directions have the same value, so that the effect is not parallel to a
                      * constant force */
     int variables;
     struct variable variable[HYPOTHESIS_VARIABLES];
 };
 
-/* Lists all hypotheses for this model, except effects found already and effects that the
- * evaluated residuals cannot show. Priors and ranges come from the given configuration. Returns
- * their number. */
+/* Lists all hypotheses for this model, except for effects that were found already and effects that
+ * the evaluated residuals cannot show. Priors and ranges come from the given configuration. Returns
+ * the number of hypotheses. */
 int hypotheses_list(const struct params *given, const struct params *model, const bool found[EFFECTS_MAX],
                     enum residual_equations evaluated, struct hypothesis h[HYPOTHESES_MAX]);
 
@@ -30,9 +30,10 @@ enum residual_equations hypothesis_equations(const struct hypothesis *h);
 bool hypothesis_at(const struct hypothesis *h, double strength, struct params *model);
 
 /* Returns whether a base variable can be fitted beside an effect. PARALLEL_NOT: it can.
- * PARALLEL_SAME: it cannot, because both do (nearly) the same; the variable stays at its given
- * value. PARALLEL_DRAWN: it can, but with a prior about its given value, so that the effect takes
- * what is common to all legs and each leg's own variable takes the difference. */
+ * PARALLEL_SAME: it cannot, because variable and effect do (nearly) the same; the variable stays at
+ * its given value. PARALLEL_DRAWN: it can, but with a prior about its given value, so that the
+ * effect takes what all legs have in common and the variables take the differences between the
+ * legs. */
 enum parallel { PARALLEL_NOT, PARALLEL_DRAWN, PARALLEL_SAME };
 enum parallel hypothesis_parallel(const struct hypothesis *h, const struct variable *base);
 

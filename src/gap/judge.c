@@ -8,18 +8,18 @@
 #include "experiment.h"
 #include "numeric.h"
 
-static const double OFFSET_SIGMAS = 6.0, /* a constant force, or a difference of friction between
-                                          * directions, counts from this many standard deviations
-                                          * on */
+static const double OFFSET_SIGMAS = 6.0, /* least size of a constant force, or of a difference of
+                                          * friction between directions, that counts, in standard
+                                          * deviations */
     OFFSET_SHARE = 0.05;                 /* least difference of friction between directions that
                                           * counts, as a share of the sum of both */
 static const double SHARE_MAX = 0.3;      /* largest share of the squared gap that a simulation with
-                                           * the effects may leave without being refuted */
-static const double FLOORS_MAX = 2.0;      /* the result is refuted if the remaining gap, in
-                                            * simulation or under the measured motion, exceeds all
-                                            * three: this multiple of the noise floor, LEFT_MAX and
-                                            * LEFT_SHARE. A gap in simulation above both VISIBLE and
-                                            * SHARE_MAX refutes it, too */
+                                           * the effects may leave; a larger share refutes the
+                                           * effects if the remaining gap also exceeds VISIBLE */
+static const double FLOORS_MAX = 2.0;      /* a remaining gap, in simulation or under the measured
+                                            * motion, refutes the result if it exceeds this
+                                            * multiple of the noise floor, LEFT_MAX and
+                                            * LEFT_SHARE, all three */
 static const double LEFT_MAX = 0.02;   /* a remaining gap refutes only if it exceeds this share of
                                         * the measured variation; this limit decides where there is
                                         * hardly any noise */
@@ -31,14 +31,16 @@ static const double VISIBLE = 0.2;         /* a squared gap is seen if it exceed
                                             * floor by more than this share of the floor; a
                                             * simulation with another start and other steps leaves
                                             * 0.06 */
-static const double TONE_SHARE = 0.5;      /* a tone does not matter if its rms is less than this
+static const double TONE_SHARE = 0.5;      /* a tone is negligible if its rms is less than this
                                             * share of the rms gap in its channel: through nonlinear
-                                            * laws it changes the harmonics by less than itself */
+                                            * laws a tone changes the harmonics by less than its own
+                                            * size */
 static const double TRACE_SHARE = 5e-3;    /* a remainder below this share of the excess over noise
-                                            * is a trace: a single effect that explains all but a
+                                            * is a trace; a single effect that explains all but a
                                             * trace is real */
 static const double THIRD_SHARE = 0.05;    /* three effects imitate something else if the third
-                                            * explains more than this share of the excess */
+                                            * one explains more than this share of the excess
+                                            * over noise */
 
 extern const struct effect clock_skew, cylinder_coulomb_friction, cylinder_dahl_friction, external_stiffness;
 
@@ -72,10 +74,10 @@ static bool remains(const struct gap_result *r, const struct remainder *m) {
     return m->beyond_laws > 1.0 && !(r->effects == 1 && trace(m) < TRACE_SHARE);
 }
 
-/* Squared size that is judged. If effects were simulated, it is that of the varying part: a leg in
- * a dead band stays where it stopped, and a chamber whose valve stays shut keeps its oil, so that
- * constants differ from run to run. The equations compare constants as well, because their motion
- * is the measured one. */
+/* Squared size that is judged. With simulated effects it is that of the varying part, because
+ * constants differ from run to run: a leg in a dead band stays where it stopped, and a chamber
+ * whose valve stays shut keeps its oil. Under the measured motion constants count as well, because
+ * the motion is the same. */
 static double counts(const struct gap_result *r, const struct gap_size *size) {
     return square(r->simulated && r->effects ? size->varying : size->overall);
 }
@@ -112,10 +114,10 @@ static bool line_remains(const struct gap_result *r) {
 }
 
 /* True if the effects imitate an effect that is not in the catalogue. Either they are as many as
- * the search allows, so that it did not end because everything was explained, or the third one
- * explains too much. If an effect is in doubt, it counts as the third one, because it was found
- * last. Effects that the configuration has with another size, and clock skew, are not counted.
- * many: receives the number of counted effects. */
+ * the search allows, so that the search did not end because everything was explained, or the third
+ * one explains too much. An effect in doubt counts as the third one, because it was found last.
+ * Clock skew, and effects that the configuration has with another size, are not counted. many:
+ * receives the number of counted effects. */
 static bool imitated(const struct gap_result *r, const struct remainder *m, int *many) {
     int sought = 0, third = 0;
     for (int i = 0; i < r->effects; i++)
@@ -134,9 +136,9 @@ static bool is_inertia(int effect) {
     return effect_table[effect]->family == EFFECT_BODIES && experiment_is_known(effect_table[effect], &external_stiffness);
 }
 
-/* True if masses and springs together explain tests at one frequency. There the force of any part
- * that moves by itself equals that of a mass or of a spring; which of the two, and how large,
- * differs from axis to axis. */
+/* True if masses and springs together explain tests at one frequency. At one frequency the force of
+ * any part that moves by itself equals the force of a mass or of a spring. Which of the two it
+ * equals, and how large it is, differs from axis to axis. */
 static bool moves_by_itself(const struct gap_result *r) {
     bool spring = false, inertia = false;
     for (int i = 0; i < r->effects; i++) {
@@ -186,8 +188,8 @@ static double weight_tolerance_n(const struct params *p) {
 }
 
 /* Finds a dry friction (Coulomb or Dahl) that clearly differs between the directions, on a machine
- * whose leg may have an unknown constant force. Such a friction looks like a symmetric one beside
- * that force. Returns NULL if there is no such friction. */
+ * whose leg may have an unknown constant force. Such a friction looks like a symmetric friction
+ * beside a constant force. Returns NULL if there is none. */
 static const struct gap_effect *one_sided(const struct gap_result *r) {
     const struct params *p = &r->model;
     double weight_n = weight_tolerance_n(p);
@@ -202,14 +204,14 @@ static const struct gap_effect *one_sided(const struct gap_result *r) {
     return found;
 }
 
-/* True if effect i is not in doubt, and the configuration has it (given) or lacks it (not
- * given). */
+/* True if effect i is not in doubt, and the configuration has it (given true) or lacks it (given
+ * false). */
 static bool sure(const struct gap_result *r, int i, bool given) {
     return r->effect[i].given.on == given && !(r->ambiguous && i == r->in_doubt);
 }
 
-/* Appends the effects that the configuration has, or those that it lacks, with words before and
- * after them. Returns false if there are none. */
+/* Appends the names of the effects for which sure() is true, with the words `before` and `after`
+ * around them. Returns false if there are none. */
 static bool list(struct gap_result *r, bool given, const char *before, const char *after) {
     int left = 0;
     for (int i = 0; i < r->effects; i++) left += sure(r, i, given);
@@ -281,8 +283,8 @@ static void say_constants(struct gap_result *r) {
     if (*before == ',') append(r, " in the configuration");
 }
 
-/* Mentions a constant force. It is no effect, but may be a weight that the configuration does not
- * state. */
+/* Mentions a constant force, which is no effect, but may be a weight that the configuration does
+ * not state. */
 static void say_offset(struct gap_result *r) {
     int i = 0;
     while (i < r->base_values && strcmp(r->base[i].name, "axis.force_offset_n")) i++;
@@ -327,7 +329,7 @@ static void say_course(struct gap_result *r) {
 }
 
 /* Adds remarks that do not depend on the named effect: how the recording differs from what was
- * stated, and, unless the effect is unknown, a tone and a constant force. With effects it also says
+ * stated, and, unless the effect is unknown, a tone and a constant force. With effects, also adds
  * why no simulation shows them, or that the simulation leaves a constant. */
 static void say_rest(struct gap_result *r) {
     char text[GAP_TEXT];
@@ -417,9 +419,10 @@ bool judge_partly(struct gap_result *r) {
     return true;
 }
 
-/* True if the contradicting set differs from the result in one effect only: it has another effect
- * in its place, or several that each look like it. place: set to the place of that effect in the
- * result. rivals, count: set to the effects in its place, and to their number. */
+/* True if the contradicting set differs from the result only in having, in place of one effect,
+ * another effect, or several effects that each look like it. place: set to the index of the
+ * replaced effect in the result. rivals, count: set to the effects in its place, and to their
+ * number. */
 static bool exchanged(const struct gap_result *r, const struct gap_certainty *c, int *place, int *count, int rivals[GAP_EFFECTS]) {
     int lacks = 0;
     bool alike = true;

@@ -5,12 +5,11 @@
 
 #include "gap_result.h"
 
-/* Sums of squared white residuals on the held-out cycles, where noise gives about 1 for each
- * value. */
+/* Sums of squared white residuals on the held-out cycles. Noise gives about 1 for each value. */
 struct remainder {
     int values;
-    /* before: sum under the base without effects, less the expected sum of noise. after: sum with
-     * the effects. */
+    /* before: sum with the base alone, less the expected sum of noise. after: sum with the effects,
+     * noise included. */
     double before, after;
     double noise;              /* largest sum that noise alone gives */
     double beyond_laws;        /* squared white residuals, divided by the most that noise and errors
@@ -27,9 +26,9 @@ bool judge_partly(struct gap_result *r);
 
 /* Stores the certainty of the verdict in the result. If its probability is below GAP_SURE, the
  * reason states it, with the likeliest set that contradicts the verdict, and effect_named becomes
- * partly_named. It becomes ambiguous instead if the contradicting set differs only by having, in
- * place of one effect, another one or several that look like it, and if the probabilities of both
- * sets add up to GAP_SURE or more. */
+ * partly_named. In one case effect_named becomes ambiguous instead: the contradicting set has, in
+ * place of one effect, another one or several that look like it, has otherwise the same effects,
+ * and the probabilities of both sets add up to GAP_SURE or more. */
 void judge_certainty(struct gap_result *r, const struct remainder *m, const struct gap_certainty *certainty);
 
 #endif

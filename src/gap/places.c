@@ -67,7 +67,8 @@ int places_find(const struct diagnosis *d, const struct recording *recording, co
         for (int k = 0; k < LEGS; k++)
             for (int q = 0; q < RESIDUALS; q++)
                 for (int a = 0, next = 0; a < t->size; a = next) {
-                    double share = 0.0; /* sum of squares over sine and cosine of one frequency */
+                    double share = 0.0; /* sum of squares of the sine's and the cosine's residual at
+                                         * one frequency */
                     for (next = a; next < t->size && t->rate[next] == t->rate[a]; next++) share += white[k][q][next] * white[k][q][next];
                     if (!(share > 0.0)) continue; /* the residual is not evaluated */
                     bool steady = t->spectrum.cycles;

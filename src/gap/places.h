@@ -1,5 +1,5 @@
-/* Places of the gap: test, channel, leg and harmonic, and the feature of the motion with which the
- * gap correlates. Ordinary threads; heap. */
+/* Places of the gap: test, channel, leg and harmonic, and the feature of the motion that the gap
+ * follows most. Ordinary threads; heap. */
 #ifndef HEXID_PLACES_H
 #define HEXID_PLACES_H
 

@@ -196,9 +196,9 @@ static struct gap_size size_of(const struct sums *sums, const struct squares *sq
     return size;
 }
 
-/* Uncertainty of a constant, as a mean square. It is the scatter of single cycles, not the
- * uncertainty of their mean, because chambers whose valve stays shut reach no steady state and
- * differ between runs. */
+/* Uncertainty of a channel's constant part, as a mean square. This is the scatter of single cycles,
+ * not the uncertainty of their mean, because chambers whose valve stays shut reach no steady state
+ * and differ between runs. */
 static double constant_left(const struct spectrum *s, int channel, int leg) { return s->cycles * square(s->std[channel][leg][0]); }
 
 /* Mean square of the noise that remains in the varying part of a mean cycle, which has `size`
@@ -207,9 +207,9 @@ static double varying_left(const struct spectrum *s, int size, int channel, int 
     return mean_square(size, s->std[channel][leg]) - square(s->std[channel][leg][0]);
 }
 
-/* Adds mean squares of one channel of a leg, measured (m) and simulated (s). The difference is the
- * difference of the mean cycles, plus the samples' noise. The noise is the samples' noise, plus the
- * part of it that both mean cycles retain, plus the uncertainty of both constants. */
+/* Adds the mean squares of one channel of a leg, measured (m) and simulated (s). `difference` gets
+ * the difference of the mean cycles, plus the samples' noise. `noise` gets the samples' noise, the
+ * part of it that both mean cycles retain, and the uncertainty of both constants. */
 static void compare_rows(const struct spectrum *m, const struct spectrum *s, int ch, int leg, int gap_channel, struct sums *sums) {
     int size = 1 + 2 * (m->harmonics < s->harmonics ? m->harmonics : s->harmonics);
     const double *measured = m->mean[ch][leg];
@@ -252,9 +252,9 @@ struct replay_sizes replay_compare(const struct recording *measured, const struc
     return sizes_of(sums, both[1].model != NULL);
 }
 
-/* Adds mean squares of one channel of a leg, by the residual of the equations. The residual's noise
- * includes the noise of the measured motion. For a segment no noise beyond its band is known, so
- * none is added. */
+/* Adds the mean squares of one channel of a leg, from the residual of the equations. The noise of
+ * the residual includes that of the measured motion. A segment's noise above its band is not known,
+ * so none is added. */
 static void add_rows(struct sums *sums, int gap_channel, const struct residual_test *t, int channel, int leg, int kind, const double *row,
                      const struct whitener *w) {
     double left = 0.0, left_over = 0.0;

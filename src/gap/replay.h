@@ -1,6 +1,6 @@
 /* Replay: the model is driven as the machine was. In closed loop the same reference and controller
  * act on the simulated plant with its sensors (closed-form engine). The control law `model` then
- * computes with the machine as configured (recording.params), not with the model that is tried. The
+ * computes with the configured machine (recording.params), not with the model under trial. The
  * replay under the measured motion and commands has no controller (residual.h). */
 #ifndef HEXID_REPLAY_H
 #define HEXID_REPLAY_H
@@ -32,17 +32,17 @@ void replay_free(struct replay both[2]);
 /* Simulated run of the second model, or of the first if there is no second. */
 static inline const struct recording *replay_after(const struct replay both[2]) { return both[1].model ? &both[1].run : &both[0].run; }
 
-/* Computes the inertia matrix by method A from a recording's first run. Returns false if this run
- * has not six complete tests. */
+/* Computes the inertia matrix by method A from a recording's first run. Returns false unless this
+ * run has six complete tests. */
 bool replay_identify(const struct params *params, const struct recording *recording, double mt[DOFS][DOFS]);
 
 /* Computes the inertia matrix by method A from a recording's first run, less the change that the
- * model's friction makes in simulation. Returns false if the run has not six complete tests, or if
- * a simulation ends in a fault. */
+ * model's friction makes to the matrix in simulation. Returns false unless the run has six complete
+ * tests and both simulations, with and without friction, end without a fault. */
 bool replay_repair(const struct params *params, const struct params *model, const struct recording *measured, double mt[DOFS][DOFS]);
 
-/* Distances of two models from a recording, and the noise that the second distance contains.
- * Without a second model, after is equal to before. */
+/* Distances of two models from a recording, and the noise that the distance `after` contains.
+ * Without a second model `after` equals `before`. */
 struct replay_sizes {
     struct gap_size before, after, noise;
 };

@@ -25,29 +25,29 @@ static const double UNCLEAR_GAIN = 144.0;  /* least evidence for a further effec
                                             * z = 12 */
 static const double REMAINDER_SHARE = 0.2; /* share of the held-out excess over noise that an effect
                                             * must explain */
-static const double RIVAL_GAIN = 16.0;     /* a candidate that is behind the best one by more
-                                            * evidence than this is no rival: odds of 3000 to one, z
-                                            * = 4; if the error of the law is larger, it is used
-                                            * instead */
+static const double RIVAL_GAIN = 16.0;     /* a candidate whose evidence is further behind that of
+                                            * the best one is no rival: odds of 3000 to one, z = 4;
+                                            * the possible error of the best one's law takes its
+                                            * place if larger */
 
-static const double NEAR_GAIN = 60.0;      /* a candidate that is behind the best one by more
-                                            * evidence than this is not compared with the verdict:
-                                            * odds of 1e13 to one; if four times the error of the
-                                            * law is larger, it is used instead */
+static const double NEAR_GAIN = 60.0;      /* a candidate whose evidence is further behind that of
+                                            * the best one is not compared with the verdict: odds of
+                                            * 1e13 to one; four times the possible error of the best
+                                            * one's law take its place if larger */
 enum { NEAR = 4 };                         /* most candidates of a round that are compared */
 
-/* Most rounds of the search. Four effects need half of them if each is added once and judged again
- * beside those added later, and none is replaced. */
+/* Most rounds of the search. Half of them suffice for four effects, if each is added once and
+ * judged again beside those added later, and none is replaced. */
 enum { ROUNDS_MAX = GAP_EFFECTS * (GAP_EFFECTS + 1) };
 
 static double excess(double square, int values) { return fmax(square - values, 0.0); }
 
 /* z of a trial: square root of its gain in squared white residuals on all cycles, less the penalty
- * of the priors. */
+ * of its priors. */
 static double likelihood(const struct diagnosis *d, const struct trial *t) { return sqrt(fmax(d->square - t->square + t->held_gain, 0.0)); }
 
-/* Possible error of a trial's evidence by its effect's law, in squared white residuals over all
- * cycles. */
+/* Possible error of a trial's evidence, because its effect's law is not exact, in squared white
+ * residuals over all cycles. */
 static double law_error(const struct trial *t) { return pow(effect_table[t->hypothesis->effect]->law_error, 2.0) * trial_evidence(t); }
 
 /* Mean squared white residual with a trial, at least 1; noise gives about 1. A remaining gap makes
@@ -56,7 +56,8 @@ static double dispersion(const struct diagnosis *d, const struct trial *t) {
     return fmax((t->square + t->held_square) / (d->fit.evaluated + d->held_out.evaluated), 1.0);
 }
 
-/* Possible error of the evidence for the best candidate, by noise or by its effect's law. */
+/* Possible error of the best candidate's evidence, by noise or because its effect's law is not
+ * exact. */
 static double margin(const struct diagnosis *d, const struct trial *best) {
     return fmax(RIVAL_GAIN * dispersion(d, best), law_error(best));
 }
@@ -67,7 +68,7 @@ static bool is_rival(const struct diagnosis *d, const struct trial *best, const 
 }
 
 /* True if a trial with a value for each leg gains less on held-out cycles than a best trial with
- * fewer values. It is no rival then, because more values always fit a little better. */
+ * fewer values. Such a trial is no rival, because more values always fit a little better. */
 static bool overfits(const struct trial *t, const struct trial *best) {
     return t->hypothesis->pattern == PATTERN_EACH && best->hypothesis->pattern != PATTERN_EACH && t->held_gain < best->held_gain;
 }
@@ -82,8 +83,8 @@ static double dry_friction(const struct params *model, double speed_mps) {
 }
 
 /* True if an effect of this model is a friction that mostly disappears where a leg surely slides.
- * The data do not show it, because the friction of a leg that may stick takes up any error of the
- * force balance, such as a force sensor's. rest: the model without the effect. */
+ * The data do not show such a friction: where a leg may stick, its friction takes up any error of
+ * the force balance, such as a force sensor's. rest: the model without the effect. */
 static bool held_only(int effect, const struct params *model, const struct params *rest) {
     double sliding_mps = 2.0 * INVERSE_DYNAMICS_SLOW_MPS;
     if (!effect_table[effect]->leg_friction) return false;
@@ -100,9 +101,8 @@ static bool unseen(const struct diagnosis *d, const struct trial *t) { return t-
 
 /* Lists every effect once, with its best choice of legs. The trials are sorted. */
 static void list_candidates(const struct diagnosis *d, const struct trial *trial, int trials, struct gap_result *r) {
-    double least = d->held_out.evaluated; /* least sum of squares, which counts as a full
-                                           * explanation: that of noise, or of a trial if it is
-                                           * smaller */
+    double least = d->held_out.evaluated; /* sum of squares that counts as a full explanation: that
+                                           * of noise, or that of a trial if it is smaller */
     for (int i = 0; i < trials; i++)
         if (trial[i].ok && trial[i].polished) least = fmin(least, trial[i].held_square);
     double before = d->held_square - least;
@@ -121,7 +121,7 @@ static void list_candidates(const struct diagnosis *d, const struct trial *trial
     }
 }
 
-/* Removes rivals that contain another rival, their limiting case. Returns the number left. */
+/* Removes rivals of which another rival is a limiting case. Returns the number left. */
 static int drop_containing(int rivals, int rival[GAP_RIVALS]) {
     int left = 0;
     bool drop[GAP_RIVALS] = {false};
@@ -144,7 +144,8 @@ static int list_rivals(const struct diagnosis *d, const struct trial *trial, int
     return drop_containing(rivals, rival);
 }
 
-/* Notes a trial beside the added effects as a set that the verdict is compared with. */
+/* Notes the added effects and the effect of a trial as one of the sets with which the verdict is
+ * compared. */
 static void note_tried(const struct diagnosis *d, const struct trial *t, struct tried *tried) {
     struct set *one = &tried->set[tried->sets];
     if (tried->sets == TRIED_MAX) return;
@@ -178,10 +179,10 @@ static void put_first(struct trial *trial, int place) {
     trial[0] = first;
 }
 
-/* True if a trial is a special case of the best one and explains about as much. A special case is
- * another effect that the best trial's effect contains, or the same effect with one value for all
- * legs, or for one leg, in place of a value for each. Values for each leg must gain as much as an
- * added effect. */
+/* True if a trial is a special case of the best one and explains about as much. A special case is a
+ * limiting case of the best trial's effect, or the same effect with one value for all legs, or in
+ * one leg, in place of a value for each leg. A value for each leg is preferred to that only if it
+ * gains as much as an added effect must. */
 static bool as_good(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
     const struct hypothesis *h = t->hypothesis, *than = best->hypothesis;
     if (t->bound || !t->ok || !t->polished) return false;
@@ -232,8 +233,8 @@ static int simple_pattern(const struct diagnosis *d, const struct trial *trial, 
 static double penalty(const struct trial *t) { return trial_rise(t) - t->gain; }
 
 /* True if the effect with this simpler choice of legs, together with the next effect, explains more
- * than the best trial does, whose values for each leg may also absorb other effects. Leaves the
- * model with the effects that it had, refitted. */
+ * than the best trial, whose values for each leg may have absorbed another effect. Refits the
+ * model, and leaves it with the effects that it had. */
 static bool is_two(struct diagnosis *d, const struct trial *trial, int simple) {
     struct trial *next = memory_get(HYPOTHESES_MAX, sizeof *next);
     /* computed before the refit, which lists anew the hypotheses that the trials point to */
@@ -281,7 +282,7 @@ static void drop_superfluous(struct diagnosis *d, struct gap_result *r) {
         if (!drop(d, i, 0.5 * GAIN_MIN, r)) i++;
 }
 
-/* Removes the effect that was added last, if beside the others it has become a friction that the
+/* Removes the effect that was added last if, fitted beside the others, it is a friction that the
  * data do not show. */
 static bool drop_unseen(struct diagnosis *d, struct gap_result *r) {
     int last = d->added - 1, effect = d->addition[last].effect;
@@ -290,9 +291,9 @@ static bool drop_unseen(struct diagnosis *d, struct gap_result *r) {
     return held_only(effect, &d->model, &rest) && drop(d, last, HUGE_VAL, r);
 }
 
-/* Revision: before the search goes on, an effect that was found earlier is removed and judged again
- * beside those found later. The reasons: two effects together can look like a third one, and a
- * wrong effect brings in others that imitate what it does not explain. */
+/* Revision. Before the search goes on, an effect that was found earlier is removed and judged again
+ * beside those found later. There are two reasons: two effects together can look like a third one,
+ * and a wrong effect brings in others that imitate what it leaves unexplained. */
 struct revision {
     bool known[EFFECTS_MAX];       /* the effect was found before */
     double penalty[EFFECTS_MAX];   /* penalty of the effect when it was found */
@@ -305,7 +306,7 @@ struct revision {
                                     * with the removed effect, plus the effect's penalty */
 };
 
-/* Records that an effect was judged, or is about to be, beside all that are added. */
+/* Records that an effect was judged, or is about to be, beside all added effects. */
 static void judged(const struct diagnosis *d, struct revision *v, int effect) {
     for (int i = 0; i < d->added; i++) v->beside[effect][d->addition[i].effect] = true;
 }
@@ -332,9 +333,9 @@ static void revise(struct diagnosis *d, struct revision *v, struct gap_result *r
     }
 }
 
-/* True if no effect is removed, or if a trial explains more than the removed one did. The trial may
- * be that effect again, and still explain less, because a search from a more distant start may end
- * worse. */
+/* True if no effect is removed for revision, or if a trial explains more than the removed effect
+ * did. If the trial is of the removed effect, it may still explain less, because a search from a
+ * more distant start may end worse. */
 static bool takes_place(const struct revision *v, const struct trial *t) {
     return !v->open || t->square + t->held_square + penalty(t) < v->square;
 }
@@ -398,8 +399,8 @@ static void describe(struct gap_effect *e, const struct params *model, double z,
     e->z = z;
 }
 
-/* Finds clock skew. It needs no search, because the ratio of the clocks is measured. Crystals agree
- * to RECORDING_CLOCK_TOLERANCE. */
+/* Finds clock skew, without a search, because the ratio of the clocks is measured. A deviation up
+ * to RECORDING_CLOCK_TOLERANCE is usual for crystals. */
 static void find_skew(struct diagnosis *d, const struct recording *recording, struct gap_result *r) {
     int effect = effect_find("clock_skew");
     struct machine given;
@@ -421,7 +422,7 @@ static void find_skew(struct diagnosis *d, const struct recording *recording, st
              1e3 * (ratio - 1.0));
 }
 
-/* Sorts the effects by z and finds the one in doubt, which is the one added last. */
+/* Sorts the effects by z. Sets in_doubt to the effect that was added last. */
 static void sort_effects(struct gap_result *r) {
     int doubted = r->effects ? r->effect[r->effects - 1].effect : 0;
     gap_sort_effects(r);
@@ -429,8 +430,8 @@ static void sort_effects(struct gap_result *r) {
         if (r->effect[i].effect == doubted) r->in_doubt = i;
 }
 
-/* Returns the only found effect; NULL if there are none or several. Clock skew does not count,
- * because its share is known. */
+/* Returns the only effect that was found; NULL if there are none or several. Clock skew is left
+ * out, because its share is known. */
 static struct gap_effect *only_one(struct gap_result *r) {
     struct gap_effect *only = NULL;
     for (int i = 0; i < r->effects; i++) {
@@ -441,9 +442,9 @@ static struct gap_effect *only_one(struct gap_result *r) {
     return only;
 }
 
-/* Finds the share that each effect explains. A single effect gets the whole explained gap. Of
- * several, each gets the share that it explained alone in the first round, or that disappeared when
- * it was added, whichever is larger. */
+/* Finds the share that each effect explains. A single effect gets the whole explained gap. If there
+ * are several, each gets the larger of two shares: the one that it explained alone in the first
+ * round, and the one that disappeared when it was added. */
 static void share_out(const struct diagnosis *d, double initial, double initial_held, struct gap_result *r) {
     double whole = initial_held - d->held_square;
     struct gap_effect *only = only_one(r);
@@ -462,8 +463,8 @@ static void share_out(const struct diagnosis *d, double initial, double initial_
     }
 }
 
-/* Index of a base variable in the last fit; -1: its value was held, because an effect is parallel
- * to it. */
+/* Index of a base variable in the last fit; -1: it was not fitted, because an effect is parallel to
+ * it. */
 static int place_of(const struct diagnosis *d, const struct variable *base) {
     for (int i = 0; i < d->variables; i++)
         if (d->variable[i].base && d->variable[i].offset == base->offset && d->variable[i].leg == base->leg) return i;
@@ -478,9 +479,9 @@ void search_read_base(const struct diagnosis *d, struct gap_result *r) {
         const struct variable *v = &base[i];
         double given = variable_get(v, d->given), value = variable_get(v, &d->model);
         int place = place_of(d, v);
-        /* keys of effects (joint positions, valve nulls, springs) are too many to list, and none of
-         * them is a finding; a sensor's error is listed if it exceeds one standard deviation of its
-         * prior, unless an effect replaces it */
+        /* keys of effects (joint positions, valve nulls, springs) are not listed, because they are
+         * many and none is a finding; a sensor's error is listed if it exceeds one standard
+         * deviation of its prior, unless an effect replaces it */
         bool taken = place < 0 && v->effect >= 0, error = v->penalised && !taken;
         bool usual = error ? fabs(value - v->neutral) * v->prior_inverse_std < 1.0 : v->effect >= 0;
         if (usual || (place < 0 && value == given)) continue;

@@ -8,7 +8,8 @@
 
 struct gap_options;
 
-/* The set that the search found, and those that it came near to. */
+/* The set that the search found, and the sets whose evidence came near to that of the best one in a
+ * round of the search. */
 enum { TRIED_MAX = 40 };
 struct tried {
     struct set found;
@@ -16,7 +17,7 @@ struct tried {
     struct set set[TRIED_MAX];
 };
 
-/* Searches the effects of the machine and fills the result's effects, candidates, rivals and base
+/* Searches the effects of the machine. Fills the result's effects, candidates, rivals and base
  * values. tried: zeroed by the caller. */
 void search_effects(struct diagnosis *d, const struct recording *measured, const struct gap_options *options, struct gap_result *result,
                     struct tried *tried);

@@ -12,9 +12,10 @@
 
 enum { WIDTH = 3, BRANCHES = 5 };
 
-/* Effort of the search: how many sets of a size are extended, by how many effects each, and how
- * often the search is repeated with a better reference model (covariance.h). Six legs have so many
- * equations that one narrow search finds the effects; even so it takes a hundred times as long. */
+/* Effort of the search. width: number of sets of each size that are extended. branches: number of
+ * effects by which each of them is extended. rounds: number of times that the search is repeated
+ * with a better reference model (covariance.h). Six legs have so many equations that one narrow
+ * search finds the effects; even this search takes a hundred times as long as that with one leg. */
 struct effort {
     int width, branches, rounds;
 };
@@ -24,11 +25,11 @@ static struct effort effort_of(const struct comparison *s) { return params_legs(
 
 static const double WIDER = 10.0;       /* factor on the prior standard deviations of the search,
                                          * because machines of other people may be of any size */
-static const double OWN_SIZE = 3.0;     /* prior standard deviation of an axis's value, as a
-                                         * multiple of the value that would make the whole gap by
+static const double OWN_SIZE = 3.0;     /* prior standard deviation of a value of a single axis, as
+                                         * a multiple of the value that would make the whole gap by
                                          * itself */
 static const double UNLIKELY = 12.0;    /* a set of two or more effects is extended only if its log
-                                         * evidence is behind the best one's by less than this */
+                                         * evidence is less than this behind that of the best set */
 static const double MORE = 3.0;         /* log of the odds, 20 to 1, by which a set must be ahead of
                                          * its limiting case to be preferred */
 
@@ -43,8 +44,8 @@ static bool any(int values, const double *x) {
 /* Lists the sizes of the remainder under which sets are compared. A part that is absent from the
  * covariance, or from an exact comparison, has one size only. */
 static void list_sizes(struct comparison *s) {
-    /* law error in addition to the laws' own law_error: none, or 0.4 % to a fifth in nearly equal
-     * ratios */
+    /* law: law error in addition to the laws' own law_error: none, or 0.4 % to a fifth in nearly
+     * equal ratios */
     static const double spread[] = {0.03, 0.1, 0.3, 1.0}, repeats[] = {0.0, 0.1, 0.3, 1.0}, law[] = {0.0, 4e-3, 0.015, 0.05, SETS_LAW_MOST};
     const struct covariance *c = &s->covariance;
     int spreads = any(c->values, c->spread) ? 4 : 1, laws = !s->exact && any(c->values, c->law) ? 5 : 1;
@@ -94,8 +95,8 @@ bool sets_grows_with_machine(int effect) {
     return family != EFFECT_SENSORS && family != EFFECT_TIMING;
 }
 
-/* On an axis with a constant force, gives each friction one value for both directions; a viscous
- * one may also have a value for each. */
+/* Gives each friction one value for both directions, for an axis with a constant force. A viscous
+ * friction is listed a second time, with a value for each direction. */
 static void list_symmetric(struct diagnosis *d) {
     int listed = d->hypotheses;
     for (int i = 0; i < listed; i++) {
@@ -104,7 +105,8 @@ static void list_symmetric(struct diagnosis *d) {
     }
 }
 
-/* Widens the priors, so that they suit machines of any size. */
+/* Widens the priors, so that they suit machines of any size. With a constant force the priors of
+ * sensors and clocks stay as they are, and frictions become symmetric. */
 static void widen(struct diagnosis *d) {
     bool constant = params_mechanism(d->given)->force_sensor;
     if (constant) list_symmetric(d);
@@ -114,17 +116,18 @@ static void widen(struct diagnosis *d) {
     }
 }
 
-/* True for masses, frictions and springs, and for a constant force: the place of a constant force
- * may be taken by a friction that differs between the directions. */
+/* True for values that grow with the machine, such as masses, frictions and springs, and for a
+ * constant force, because a friction that differs between the directions may take its place. */
 static bool scales(const struct variable *v) {
     if (v->base) return v->offset == offsetof(struct params, axis.force_offset_n);
     return sets_grows_with_machine(v->effect) && !effect_table[v->effect]->keys[v->key].shapes_law;
 }
 
-/* Makes the priors of masses, frictions and springs of one axis OWN_SIZE times as wide as values
- * that would make the gap by themselves. The typical sizes are those of a platform. For a joint of
- * 0.1 N m a prior of a kilonewton would lower the evidence of each effect, and a sensor's scale,
- * whose prior is the same on all machines, would then win against the mass. */
+/* Scales the priors of a single axis to its gap: a value for which scales() is true gets a prior
+ * OWN_SIZE times as wide as the value that would make the gap by itself. The typical sizes, from
+ * which the priors follow otherwise, are those of a platform. For a joint of 0.1 N m a prior of a
+ * kilonewton would lower the evidence of each effect, and a sensor's scale, whose prior is the same
+ * on all machines, would then win against the mass. */
 static void scale_priors(const struct comparison *s, struct linearised *l) {
     if (!params_mechanism(s->d->given)->force_sensor) return;
     for (int i = 0; i < l->variables; i++) {
@@ -198,9 +201,9 @@ static bool acts(const struct set *s) {
     return all;
 }
 
-/* True if a parameter of a law's form, or a sensor's error, is at the end of its range. Then the
- * law has become that of its limiting case, which is another effect, or the fit has gone astray, or
- * the sensor would be implausibly wrong. */
+/* True if a parameter of a law's form, or a sensor's error, is at the end of its range. This has
+ * three possible reasons: the law has become its limiting case, which is another effect; the fit
+ * has gone astray; or the sensor would be implausibly wrong. */
 static bool at_end(const struct set *s) {
     bool end = false;
     for (int i = 0; i < s->effects; i++)
@@ -215,8 +218,8 @@ static bool at_end(const struct set *s) {
     return end;
 }
 
-/* Returns a place for one more set: a free one, or, if there is none, that of the worst set. NULL
- * if no set is worse. */
+/* Returns a place for one more set: a free one, or, if there is none, that of the set with the
+ * least evidence. Returns NULL if no set has less evidence than the new one. */
 static struct set *place_for(struct comparison *s, double evidence) {
     if (s->sets < SETS_MAX) return &s->set[s->sets++];
     struct set *worst = &s->set[0];
@@ -263,7 +266,8 @@ static int by_evidence(const void *a, const void *b) {
     return x->evidence < y->evidence ? 1 : x->evidence > y->evidence ? -1 : 0;
 }
 
-/* Extends the best sets of each size, as long as the larger ones are not much less likely. */
+/* Extends the best sets of each size by one effect, except sets that are much less likely than the
+ * best of all (UNLIKELY). */
 static void search_once(struct comparison *s, const struct params *base) {
     struct trial *trial = memory_get(HYPOTHESES_MAX, sizeof *trial);
     struct set *branch = memory_get(BRANCHES, sizeof *branch), *from = memory_get(WIDTH, sizeof *from);
@@ -316,8 +320,8 @@ static void find_probabilities(struct comparison *s) {
     for (int i = 0; i < s->sets; i++) s->set[i].probability = exp(s->set[i].evidence - sum);
 }
 
-/* Makes the model of the best set the reference model, and weighs all sets anew. Returns false
- * without a set, or if the model with the best one cannot be fitted. */
+/* Makes the model of the best set the reference model, and weighs all sets anew. Returns false if
+ * there is no set, or if the best one cannot be fitted. */
 static bool better_reference(struct comparison *s) {
     restore_noise(s);
     qsort(s->set, (size_t)s->sets, sizeof *s->set, by_evidence);

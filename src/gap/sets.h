@@ -1,6 +1,6 @@
-/* Sets of effects under a remainder: on a real machine no law is exact, so every model leaves
- * something unexplained. Each set of at most four effects has one number, its evidence, under a
- * covariance that includes the remainder. Ordinary threads; heap. */
+/* Sets of effects under a remainder. On a real machine no law is exact, so every model leaves
+ * something unexplained, the remainder. A set has at most four effects. Sets are compared by their
+ * evidence, under a covariance that includes the remainder. Ordinary threads; heap. */
 #ifndef HEXID_SETS_H
 #define HEXID_SETS_H
 
@@ -15,11 +15,12 @@ enum { SETS_MAX = 64, SETS_SIZES = 80 };
 struct set {
     int effects;
     struct hypothesis hypothesis[GAP_EFFECTS];
-    int causes; /* number of effects as which the prior counts the set; 0: the number that it has */
+    int causes; /* number of effects that the prior counts for this set; 0: as many as it has */
     struct params model;
     struct linearised linear;
-    /* evidence: log of the mean evidence over the sizes of the remainder, plus log_prior.
-     * log_evidence: at each size, without log_prior. probability: among all sets that are kept */
+    /* evidence: log of the evidence, averaged over the sizes of the remainder, plus log_prior.
+     * log_evidence: at each size, without log_prior. probability: of this set among all sets that
+     * are kept */
     double log_prior, evidence, probability;
     double log_evidence[SETS_SIZES];
 };
@@ -42,9 +43,9 @@ struct comparison {
 };
 
 /* Begins a comparison around the model of a diagnosis. Until sets_end() the whiteners of the
- * diagnosis contain a remainder. spread: size of its part `spread` at first (covariance.h). exact:
- * no law is less exact than its law_error says; otherwise the laws of a family may be off by up to
- * SETS_LAW_MOST. */
+ * diagnosis contain a remainder. spread: initial size of the remainder's part `spread`
+ * (covariance.h). exact: true if no law is less exact than its law_error says; false if the laws of
+ * a family may be off by up to SETS_LAW_MOST. */
 void sets_begin(struct comparison *s, struct diagnosis *d, double spread, bool exact);
 void sets_end(struct comparison *s);
 
@@ -52,12 +53,12 @@ void sets_end(struct comparison *s);
 void sets_search(struct comparison *s, const struct params *base);
 
 /* Fits a set and keeps it with its evidence. A set is not kept if it is known already or cannot be
- * fitted, if one of its effects gets no strength, or if a sensor's error or a parameter of a law's
- * form is at the end of its range. */
+ * fitted, if one of its effects gets no strength, if a sensor's error or a parameter of a law's
+ * form is at the end of its range, or if SETS_MAX sets with more evidence are kept. */
 void sets_keep(struct comparison *s, struct set *one);
 
-/* Fits a set that is not kept; its linearisation is freed by the caller. Returns false if it cannot
- * be fitted, or if the fit leaves any of its effects without strength. */
+/* Fits a set without keeping it; the caller frees its linearisation. Returns false if it cannot be
+ * fitted, or if the fit leaves any of its effects without strength. */
 bool sets_fit(struct comparison *s, struct set *one);
 
 /* Finds the probabilities of all sets and sorts them, the likeliest first. A set is left out if one
@@ -65,13 +66,14 @@ bool sets_fit(struct comparison *s, struct set *one);
  * cannot be fitted. */
 bool sets_rank(struct comparison *s);
 
-/* True if two sets have the same effects with the same choices of legs. */
+/* True if two sets have the same effects, with the same choices of legs and of symmetry. */
 bool sets_same(const struct set *a, const struct set *b);
 
 /* Place of an effect in a set; -1: the set lacks it. */
 int sets_place(const struct set *set, int effect);
 
-/* False for the errors of sensors and clocks, which do not grow with the machine. */
+/* True for effects that grow with the size of the machine: all except the errors of sensors and
+ * clocks. */
 bool sets_grows_with_machine(int effect);
 
 #endif

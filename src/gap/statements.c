@@ -13,14 +13,14 @@
 
 static const double NEGLIGIBLE = 0.01;  /* an effect that is less probable than this is not listed
                                          * beside sure ones */
-static const double EMPIRICAL = 0.05;   /* least law_error of an empirical law. On six legs a
-                                         * smaller one means an exact law, which a large remainder
-                                         * refutes: a base on springs looks like springs on the
+static const double EMPIRICAL = 0.05;   /* least law_error of an empirical law. On six legs a law
+                                         * with a smaller law_error is exact, and a large remainder
+                                         * refutes it: a base on springs looks like springs on the
                                          * platform, but leaves a third of the gap */
 static const double EXPLAINED = 0.5;    /* least share of the held-out gap that the effects of a
                                          * verdict explain together */
-/* Share of the squared gap that an exact law may leave on six legs, and that an effect beside
- * others must explain there. It is the square of the largest error of a law. */
+/* On six legs: largest share of the squared gap that an exact law may leave, and least share that
+ * an effect beside others must explain. It is the square of the largest error of a law. */
 static const double SLIGHT = SETS_LAW_MOST * SETS_LAW_MOST;
 static const double FIRST_SPREAD = 0.1; /* size of the spread (covariance.h) before the model of a
                                          * set becomes the reference model */
@@ -37,25 +37,25 @@ static const struct set *likeliest_with(const struct comparison *s, int effect) 
     return NULL;
 }
 
-/* Log evidence of the best set without an effect, from which the effect's z follows. */
+/* Log evidence of the likeliest set that lacks an effect. The effect's z follows from it. */
 static double without(const struct comparison *s, int effect) {
     for (int i = 0; i < s->sets; i++)
         if (sets_place(&s->set[i], effect) < 0) return s->set[i].evidence;
     return -HUGE_VAL;
 }
 
-/* Share of the held-out gap that the model of a set explains, with the whiteners of noise alone. */
+/* Share of the held-out gap that a model explains, with whiteners that contain noise alone. */
 static double share_of(const struct comparison *s, const struct params *base, const struct params *model) {
     struct diagnosis noise = {.held_out = s->held_out};
     double before = diagnosis_held_square(&noise, base), after = diagnosis_held_square(&noise, model);
     return fmin(fmax((before - after) / (before - s->held_out.evaluated), 0.0), 1.0);
 }
 
-/* Number of the key after the last one that a variable sets. */
+/* One more than the number of the last key that a variable sets. */
 static int end_of(const struct variable *v) { return v->key + (v->legs > LEGS ? 2 : 1); }
 
-/* Fills an effect's values in a set: means and standard deviations over the sizes of the remainder.
- * The deviations include the law error that these sizes allow. */
+/* Fills in the values that an effect has in a set: means and standard deviations over the sizes of
+ * the remainder. The standard deviations include the law error that these sizes allow. */
 static void read_values(const struct comparison *s, const struct set *one, int place, struct gap_effect *e) {
     const struct hypothesis *h = &one->hypothesis[place];
     double change[FIT_VARIABLES] = {0}, std[FIT_VARIABLES] = {0}, mean[FIT_VARIABLES] = {0}, square_sum[FIT_VARIABLES] = {0}, law = 0.0,
@@ -140,8 +140,9 @@ static void add_statement(const struct comparison *s, struct gap_result *r, stru
     r->statement[r->statements++] = one;
 }
 
-/* Fills the statements: first the sure ones, which are an effect if it is sure, otherwise its
- * family if the family is sure; then the likeliest others. Returns the number of sure ones. */
+/* Fills the statements. The sure ones come first: each effect that is sure, and each family that
+ * is sure without a sure effect. The likeliest other effects follow. Returns the number of sure
+ * ones. */
 static int state_all(const struct comparison *s, struct gap_result *r) {
     enum { LIKELIEST = 3 };
     struct gap_statement effect[EFFECTS_MAX], family[EFFECT_FAMILIES];
@@ -179,9 +180,9 @@ static bool in_sure_family(const struct gap_result *r, int sure, int effect) {
     return false;
 }
 
-/* Looks for two effects of which one is surely there, though not which of them (either()). The
- * likelier one becomes a sure statement, the other its rival. Returns the number of sure
- * statements. */
+/* Looks for two effects of which the machine surely has exactly one, but either may be that one
+ * (either()). The likelier effect becomes a sure statement, the other its rival. Returns the number
+ * of sure statements. */
 static int find_rivals(const struct comparison *s, struct gap_result *r, int sure) {
     for (int i = sure; i < r->statements; i++)
         for (int j = i + 1; j < r->statements && sure < GAP_EFFECTS; j++) {
@@ -233,7 +234,7 @@ bool statements_empirical(const struct gap_result *r) {
 }
 
 /* Moves the errors of sensors and clocks behind the other sure statements. Returns the number of
- * the others. */
+ * these others. */
 static int sensors_last(struct gap_result *r, int sure) {
     int kept = 0;
     for (int i = 0; i < sure; i++) {
@@ -251,10 +252,11 @@ static void put_last(struct gap_result *r, int place, int sure) {
     r->statement[sure - 1] = one;
 }
 
-/* Moves slight sure statements to the end. They are those without which the others explain nearly
- * as much: the loss is no larger than an error of a law. Beside a remainder that is not random, the
- * evidence for them is too great. Returns the number of the others. On entry `one` is the fit of
- * all sure statements; afterwards it is the fit of the others. */
+/* Moves slight sure statements to the end. A statement is slight if the others without it explain
+ * nearly as much: the loss is no larger than an error of a law. The evidence for such a statement
+ * is too great beside a remainder that is not random. Returns the number of statements that are not
+ * slight. one: on entry the fit of all sure statements; afterwards that of the statements that are
+ * not slight. */
 static int slight_last(struct comparison *s, const struct params *base, struct gap_result *r, int sure, struct set *one) {
     struct set *rest = memory_get(1, sizeof *rest);
     int kept = sure;
@@ -275,11 +277,11 @@ static int slight_last(struct comparison *s, const struct params *base, struct g
     return kept;
 }
 
-/* Fits the sure statements. If a remainder is left and no effect is in doubt, some of them are left
- * out, unless no other would be left: on six legs the slight ones, with one leg the errors of
- * sensors and clocks. The laws of these errors are exact, so beside a remainder they stand for
- * something else, such as a damper's elastic mount. Returns the number of statements that were
- * fitted; 0 if the fit failed. */
+/* Fits the sure statements. If a remainder is left and no effect is in doubt, some statements are
+ * left out, but never all: on six legs the slight ones, with one leg the errors of sensors and
+ * clocks. The laws of these errors are exact, so beside a remainder the errors stand for something
+ * else, such as a damper's elastic mount. Returns the number of statements that were fitted; 0 if
+ * the fit failed. */
 static int fit_all(struct comparison *s, struct gap_result *r, int sure, struct set *one) {
     if (!fit_sure(s, r, sure, one)) return 0;
     if (r->ambiguous || !leaves(s, &one->model)) return sure;
@@ -294,8 +296,8 @@ static int fit_all(struct comparison *s, struct gap_result *r, int sure, struct 
     return fit_sure(s, r, others, one) ? others : 0;
 }
 
-/* True if a set has an effect, or one that contains it as a limiting case. The search has decided
- * between the two: it prefers the simpler one if that explains about as much. */
+/* True if a set has an effect, or another effect of which it is a limiting case. The search has
+ * decided between the two: it prefers the limiting case if that explains about as much. */
 static bool has_or_contains(const struct set *one, int effect) {
     bool has = false;
     for (int i = 0; i < one->effects; i++)
@@ -303,18 +305,18 @@ static bool has_or_contains(const struct set *one, int effect) {
     return has;
 }
 
-/* Number of effects in a set that are in doubt: an effect, and those that the data cannot tell from
- * it. */
+/* Number of doubtful effects in a set. Doubtful are the result's effect in doubt and those that the
+ * data cannot tell from it. */
 static int doubted_in(const struct set *one, const struct gap_result *r) {
     int count = has_or_contains(one, r->effect[r->in_doubt].effect);
     for (int i = 0; i < r->ambiguous; i++) count += has_or_contains(one, r->ambiguous_with[i]);
     return count;
 }
 
-/* True if a set has all effects of a result, or, for a statement about a family, an effect of that
- * family, and exactly one of the effects that the result cannot tell apart. The set may have
- * further effects, unless the result has none. Clock skew is not looked for, because it is measured
- * and in no set. */
+/* True if a set confirms a result. It must have all effects of the result; for a statement about a
+ * family, an effect of that family; and exactly one of the effects that the result cannot tell
+ * apart. It may have further effects, unless the result has none. Clock skew is not looked for,
+ * because it is measured and in no set. */
 static bool confirms(const struct set *one, const struct gap_result *r) {
     bool all = r->effects || !one->effects;
     for (int i = 0; i < r->effects; i++) {
@@ -344,8 +346,8 @@ static struct gap_certainty certainty_of(const struct comparison *s, const struc
     return c;
 }
 
-/* Makes the sure statements the findings. Returns false if there are none, or if they do not
- * explain the gap together. */
+/* Makes the sure statements the findings. Returns false if there are none, or if together they do
+ * not explain enough of the gap. */
 static bool settle(struct comparison *s, struct gap_result *r, int sure) {
     struct set *one = memory_get(1, sizeof *one);
     r->ambiguous = 0, r->in_doubt = 0, r->ambiguous_together = false;
@@ -387,8 +389,8 @@ static struct set without_one(const struct diagnosis *d, const struct set *whole
     return one;
 }
 
-/* Keeps the sets in which limiting cases replace effects of a set from a place on. list: all
- * hypotheses. */
+/* Keeps the sets in which limiting cases replace one or more effects of `one`, from the effect at
+ * `place` on. list: all hypotheses. */
 static void keep_limits(struct comparison *s, const struct set *one, int place, int hypotheses, const struct hypothesis *list) {
     for (int i = place; i < one->effects; i++)
         for (int j = 0; j < hypotheses; j++) {
@@ -414,9 +416,9 @@ static bool body_like(const struct hypothesis *h, int effect) {
 }
 
 /* Keeps the sets in which two effects of the bodies (EFFECT_BODIES) replace the effect at `place`
- * of a found set. Each of them looks like this effect, but not like the other one. A payload of
- * another mass has other inertias, too, and together they look like springs. The prior counts the
- * two as one effect. */
+ * of a found set. Each of the two looks like this effect, but not like the other one of the two.
+ * For example, a payload of another mass also has other inertias, and together they look like
+ * springs. The prior counts the two as one effect. */
 static void keep_bodies(struct comparison *s, const struct set *found, int place, int hypotheses, const struct hypothesis *list) {
     int effect = found->hypothesis[place].effect;
     struct set *one = memory_get(1, sizeof *one);
@@ -434,9 +436,9 @@ static void keep_bodies(struct comparison *s, const struct set *found, int place
     free(one);
 }
 
-/* Finds the counterpart in `other` of the effect at `place` of `one`: the same effect, or else an
- * effect that contains it as a limiting case, is not in `one` and is not taken yet. Returns its
- * place in `other`; -1 if there is none with the same legs. */
+/* Finds the counterpart in `other` of the effect at `place` of `one`. It is the same effect, or
+ * else an effect that contains this one as a limiting case, is not in `one` and is not taken yet.
+ * Returns its place in `other`; -1 if there is none with the same legs. */
 static int counterpart(const struct set *one, int place, const struct set *other, const bool taken[GAP_EFFECTS]) {
     const struct hypothesis *h = &one->hypothesis[place];
     int found = sets_place(other, h->effect);
@@ -448,8 +450,8 @@ static int counterpart(const struct set *one, int place, const struct set *other
     return found >= 0 && other->hypothesis[found].pattern == h->pattern ? found : -1;
 }
 
-/* True if a set has effects, and each of them is one of another set's or stands in its place as a
- * limiting case. */
+/* True if a set has effects, and each of them is an effect of the other set, or a limiting case in
+ * the place of one. */
 static bool simplifies(const struct set *one, const struct set *other) {
     bool taken[GAP_EFFECTS] = {false};
     for (int i = 0; i < one->effects; i++) {
@@ -460,8 +462,8 @@ static bool simplifies(const struct set *one, const struct set *other) {
     return one->effects > 0;
 }
 
-/* Finds the likeliest set that has the effects of another one, limiting cases in place of some, or
- * fewer of them; NULL: there is none. The sets are sorted. */
+/* Finds the likeliest set that simplifies() accepts: it has the effects of `found`, limiting cases
+ * in place of some, or fewer of them. Returns NULL if there is none. The sets are sorted. */
 static const struct set *likeliest_of(const struct comparison *s, const struct set *found) {
     for (int i = 0; i < s->sets; i++)
         if (simplifies(&s->set[i], found)) return &s->set[i];

@@ -8,7 +8,7 @@
 
 /* Compares sets of effects by their evidence and fills r->statement. If statements are sure and the
  * held-out cycles confirm them, puts their effects into r and the diagnosis, and returns true.
- * Otherwise returns false; r's effects and the model of d must then not be used any more. */
+ * Otherwise returns false; the effects in r and the model of d must then not be used any more. */
 bool statements_find(struct diagnosis *d, struct gap_result *r);
 
 /* True if no effect of a result has an exact law, which a large remainder refutes; always true for
@@ -22,12 +22,13 @@ bool statements_empirical(const struct gap_result *r);
  *     that both together look like;
  *   - the base without effects;
  *   - the sets that were tried.
- * If a limiting case explains about as much as the effect that it replaces, or the parameters of
- * that effect's law are at the ends of their ranges, or fewer of the effects are likelier, puts the
- * simpler effects into r, the diagnosis and `found`, and returns true. Otherwise returns false; the
- * diagnosis is then unusable. certainty: probability that the machine has the effects of the
- * result, and exactly one of those that the result cannot tell apart; NaN if the set of the result
- * cannot be compared. The priors are those of the search. */
+ * Returns true if a simpler set explains about as much or is likelier, after putting its effects
+ * into r, the diagnosis and `found`. A simpler set has limiting cases in place of effects, or fewer
+ * of the effects. A set in which a parameter of a law's form is at the end of its range is not
+ * compared. Otherwise returns false; the diagnosis is then unusable. certainty: probability that
+ * the machine has the effects of the result, and exactly one of those that the result cannot tell
+ * apart; NaN if the set of the result cannot be compared. The priors are those of the search; on a
+ * single axis they are scaled to the gap. */
 bool statements_weigh(struct diagnosis *d, struct gap_result *r, struct set *found, int sets, const struct set *tried,
                       struct gap_certainty *certainty);
 

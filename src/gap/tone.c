@@ -13,8 +13,8 @@ enum {
                           * computing time grows with the square of the number */
 };
 static const double TONE_STEP_S = 2e-3;     /* longest time over which samples are averaged before
-                                             * the search, so that tones are found up to 250 Hz, if
-                                             * the log has no slower samples */
+                                             * the search. With this, tones are found up to 250 Hz,
+                                             * unless the samples of the log are farther apart */
 static const double TONE_POWER = 12.0;      /* least power of a tone, averaged over six legs, as a
                                              * multiple of the power of white noise in a bin; noise
                                              * gives 1 +- 0.4 */
@@ -22,7 +22,7 @@ static const double TONE_POWER_ONE = 30.0;  /* least power of a tone with a sing
                                              * multiple of the power of white noise in a bin; the
                                              * strongest of 20,000 bins of noise has 10 */
 
-/* Fills `rest` with the samples of a channel less their mean cycle, constant and trend; refused
+/* Fills `rest` with the samples of a channel, without their mean cycle, constant and trend. Refused
  * samples count as 0 before the trend is removed. */
 static void leave_rest(const struct spectrum *s, const struct recording_test *t, enum channel channel, int leg, double *rest) {
     int n = t->end - t->first;
@@ -56,9 +56,9 @@ static void power_at(int n, const double *rest, int first, double power[AT_ONCE]
     for (int j = 0; j < AT_ONCE; j++) power[j] = sum_re[j] * sum_re[j] + sum_im[j] * sum_im[j];
 }
 
-/* True if a frequency is off the harmonics of the motion. All harmonics count, even those above the
- * highest of the mean cycle, because rounding errors excite them. Frequencies below the motion's
- * are drift. */
+/* True if a frequency is above that of the motion, because slower changes are drift, and off its
+ * harmonics. All harmonics count, even those above the highest of the mean cycle, because rounding
+ * errors excite them. */
 static bool off_harmonics(const struct spectrum *s, double hz, double width_hz) {
     double base_hz = s->omega / (2.0 * PI), nearest_hz = base_hz * round(hz / base_hz);
     return hz > base_hz && fabs(hz - nearest_hz) >= width_hz;
@@ -74,7 +74,7 @@ static void thin(int n, int many, double *value) {
 }
 
 /* Applies a Hann window in place, so that a transient at an end of the record does not look like a
- * tone beside a harmonic of the motion. Returns the sum of its weights. */
+ * tone beside a harmonic of the motion. Returns the sum of the weights. */
 static double window(int n, double *value) {
     double sum = 0.0;
     for (int i = 0; i < n; i++) {

@@ -1,5 +1,5 @@
-/* Tones off the harmonics of the motion, as from a pump or a loop that oscillates. Ordinary
- * threads; heap. */
+/* Tones that are no harmonics of the motion, such as those of a pump or of a loop that oscillates.
+ * Ordinary threads; heap. */
 #ifndef HEXID_TONE_H
 #define HEXID_TONE_H
 
@@ -15,8 +15,8 @@ struct tone {
 };
 struct tone tone_in(const struct spectrum *s, const struct recording_test *test, double sampling_s, enum channel channel);
 
-/* Finds the strongest tone of all tests and channels. share: factor on the power that a tone must
- * exceed. Returns 0 Hz if no tone exceeds it. */
+/* Finds the strongest tone of all tests and channels. share: factor on the least power that a tone
+ * needs. Returns 0 Hz if no tone has that power. */
 struct gap_tone tone_find(const struct recording *recording, int threads, double share);
 
 #endif

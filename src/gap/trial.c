@@ -10,22 +10,23 @@ static const double IDLE = 1e-6;         /* a strength of an effect does nothing
                                           * sum of squares by less than this share */
 static const double DOUBTLESS_GAIN = 36.0; /* gain in squared white residuals that is beyond doubt:
                                             * z = 6 */
-static const double BEND = 0.1;          /* a law counts as proportional if its deviation from
-                                          * proportionality is less than this share of the change
-                                          * that the effect makes, both rms */
-static const double SHORTEST_STEP = 0.1; /* while the machine is impossible, the base's linear step
-                                          * is halved, down to about this share of it; then the base
-                                          * stays where it is */
+static const double BEND = 0.1;          /* a law counts as proportional if its rms deviation from
+                                          * proportionality is less than this share of the rms
+                                          * change that the effect makes */
+static const double SHORTEST_STEP = 0.1; /* as long as the machine would be impossible, the base's
+                                          * linear step is halved, down to about this share of the
+                                          * full step; if that does not help, the base stays where
+                                          * it is */
 enum { SCREEN_SETS = 1, SCREEN_BENT = 3, TRIAL_SETS = 6, POLISH_SETS = 8 };
 
 enum { WEAK, TYPICAL, STARTS = 7 };
 /* strengths at which a trial may start, as multiples of the typical strength. Several are tried,
- * because an effect such as a rate limit has no gradient at a strength where it acts always or
- * never */
+ * because some effects, such as a rate limit, have no gradient at strengths where they act always
+ * or never */
 static const double start_strength[STARTS] = {[WEAK] = 0.1, [TYPICAL] = 1.0, -0.1, -1.0, 0.3, 10.0, -10.0};
 
-/* True if the effect is proportional to its strength, by the white residuals without the effect,
- * with a weak one and with a typical one. */
+/* True if the effect is proportional to its strength. without, weak, typical: white residuals
+ * without the effect, with a weak one and with a typical one. */
 static bool in_proportion(int values, const double *without, const double *weak, const double *typical) {
     double bend = 0.0, square = 0.0;
     for (int i = 0; i < values; i++) {
@@ -35,7 +36,7 @@ static bool in_proportion(int values, const double *without, const double *weak,
     return bend < BEND * BEND * square;
 }
 
-/* The best start of a trial so far, among the possible ones. */
+/* The best of a trial's possible starts, so far. */
 struct start {
     struct params *model;
     double square;      /* sum of squared white residuals with the linear part at its optimum;
@@ -87,8 +88,8 @@ static void rate(const struct diagnosis *d, struct trial *t, double square, cons
 /* Finds the best start of a hypothesis. The effect's configured values, if any, are one of the
  * starts. If the law is proportional, its best strength is computed; otherwise all strengths are
  * tried, and the law counts as nonlinear. from: a trial of the effect with all legs alike, or NULL;
- * a trial with a value for each leg starts from it unless the configuration has the effect. room:
- * work space for three sets of residuals. Returns false if there is no start. */
+ * a hypothesis with a value for each leg starts from this trial, unless the configuration has the
+ * effect. room: work space for three sets of residuals. Returns false if there is no start. */
 static bool best_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, const struct trial *from,
                        const struct linear_part *linear, double *room, struct start *s) {
     int values = d->fit.values;
@@ -119,9 +120,10 @@ static bool best_start(const struct diagnosis *d, const struct hypothesis *h, co
     return s->square < HUGE_VAL;
 }
 
-/* Makes the base of a trial: the current model, in which variables parallel to the hypothesis have
- * their given values, or with as_found their found ones. Fills in box and priors of all variables,
- * relative to this base. Returns true if the base differs from the current model. */
+/* Makes the base of a trial. This is the current model, in which variables parallel to the
+ * hypothesis have their given values, or, with as_found, those of the last fit. Fills in box and
+ * priors of all variables, relative to this base. Returns true if the base differs from the current
+ * model. */
 static bool without_parallel(const struct diagnosis *d, const struct hypothesis *h, bool as_found, struct params *base, double *min,
                              double *max, struct fit_prior *prior) {
     bool changed = false;
@@ -152,9 +154,9 @@ static bool at_bound(const struct trial *t) {
     return bound;
 }
 
-/* Moves the variables of the model by x from `from`, except those parallel to the hypothesis. The
- * step is shortened if the machine would become impossible: a linear step may make a mass
- * negative. */
+/* Sets the variables of the model, except those parallel to the hypothesis, to their values in
+ * `from` plus x. The step is shortened if the machine would become impossible: a linear step may
+ * make a mass negative. */
 static void move_others(const struct diagnosis *d, const struct hypothesis *h, const struct params *from, const double *x,
                         struct params *model) {
     bool possible = false;
@@ -220,8 +222,9 @@ bool trial_contradicted(const struct trial *t) {
 double trial_sound_gain(const struct trial *t) { return !t->ok ? -HUGE_VAL : trial_contradicted(t) ? 0.0 : t->gain; }
 
 /* Lists the variables that are fitted together with an effect: those of the model that are not
- * parallel to it, then its own. place: set to the index that each of the former has in the model.
- * Returns the number of the former, or -1 if there are more than FIT_VARIABLES in all. */
+ * parallel to the effect, then the effect's own. place: set to the indices of the model's variables
+ * in the model. Returns the number of the model's variables in the list, or -1 if there are more
+ * than FIT_VARIABLES variables in all. */
 static int list_together(const struct diagnosis *d, const struct hypothesis *h, struct variable v[FIT_VARIABLES],
                          int place[FIT_VARIABLES]) {
     int n = 0;
@@ -238,9 +241,9 @@ static int list_together(const struct diagnosis *d, const struct hypothesis *h, 
     return n;
 }
 
-/* Finds the base columns at a trial near its optimum, for the first n variables, which are the
- * model's. Columns that the effect does not change are the model's own; the others are computed in
- * `room`. Returns false if the model cannot make the measured motion. */
+/* Finds the columns of the base variables at a trial that is near its optimum. The first n of v are
+ * variables of the model. Columns that the effect does not change are those of the model; the
+ * others are computed in `room`. Returns false if the model cannot make the measured motion. */
 static bool base_columns(const struct diagnosis *d, const struct trial *t, const double *raw, int n, const struct variable *v,
                          const int *place, double *room, const double **known) {
     size_t values = (size_t)d->fit.values;
@@ -279,8 +282,8 @@ static void fit_together(const struct diagnosis *d, bool near, struct trial *t) 
     t->bound = at_bound(t);
 }
 
-/* A contradicted trial is also fitted from the current model, with the effect at its typical or
- * configured values; the better one of both results counts. */
+/* A contradicted trial is also fitted from the current model, with the effect at its configured
+ * values, or, without these, at its typical ones. The better result counts. */
 void trial_polish(const struct diagnosis *d, struct trial *t) {
     struct trial anew = *t;
     double unmoved[FIT_VARIABLES] = {0};
@@ -296,9 +299,9 @@ void trial_polish(const struct diagnosis *d, struct trial *t) {
     if (anew.polished && !(t->ok && t->square < anew.square)) *t = anew;
 }
 
-/* True if the hypothesis is a friction that replaces a constant force of the base, and is zero in
- * one direction. Friction that differs between the directions can imitate a constant force no
- * larger than itself, so if it is zero in one direction, the true force may be larger. */
+/* True if the hypothesis is a friction that replaces a constant force of the base, and its value
+ * for one direction is zero. The difference between the directions can imitate only a constant
+ * force that is no larger than the friction, so the true force may then be larger. */
 static bool one_direction(const struct diagnosis *d, const struct trial *t) {
     const struct hypothesis *h = t->hypothesis;
     bool constant = false, none = false;

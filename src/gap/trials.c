@@ -10,9 +10,9 @@
 
 static const double WORTH = 0.1; /* a trial is fitted further if its gain after the first steps
                                   * exceeds this share of the best trial's */
-static const double NEAR_SHARE = 0.9; /* a trial is polished, too, if its gain with the linearly
-                                       * moved base exceeds this share of the best one's, because
-                                       * polishing may change their order */
+static const double NEAR_SHARE = 0.9; /* a trial is polished, too, if its gain before polishing
+                                       * exceeds this share of the best one's, because polishing may
+                                       * change their order */
 static const double FAR_SHARE = 0.4; /* on a platform, a trial with less evidence than this share of
                                       * the best one's is not polished. An effect that is just named
                                       * has an evidence of GAIN_MIN, and its rivals have at least
@@ -21,9 +21,10 @@ static const double LEAST_EVIDENCE = 12.0; /* on a platform, a trial with less e
                                             * not polished, either: GAIN_MIN less RIVAL_GAIN of
                                             * search.c, the least evidence of a rival */
 static const double HOPELESS = 100.0; /* a trial is not polished if its sum of squares exceeds this
-                                       * multiple of the least one of the polished trials without a
-                                       * value at a bound, unless the held-out cycles contradict it.
-                                       * Polishing has divided a sum of squares by 30 at most */
+                                       * multiple of the least sum among the polished trials that
+                                       * have no value at a bound, unless the held-out cycles
+                                       * contradict the trial. The largest factor by which polishing
+                                       * has lowered a sum of squares is 30 */
 enum { FINALISTS = 5, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
 
 struct batch {
@@ -54,8 +55,8 @@ static void fit_on(void *context, int i) {
     if (batch->trial[i].ok && batch->trial[i].gain > batch->worth) trial_fit(batch->d, &batch->trial[i]);
 }
 
-/* Takes the first step of each trial of a batch, several if its law is nonlinear, and then fits
- * those near the best one to the end. */
+/* Takes the first step of each trial of a batch, or, with a nonlinear law, several steps. Then fits
+ * the trials near the best one to the end. */
 static void try_all(int threads, struct batch *batch) {
     double best = 0.0;
     parallel_run(threads, batch->count, screen, batch);
@@ -92,8 +93,8 @@ static bool promising(const struct batch *batch, int effect, int many) {
     return better < many;
 }
 
-/* True if the base has a value of this effect for each leg. A single value for all legs then
- * replaces the base's values, and therefore looks worse than it is. */
+/* True if the base has a value of this effect for each leg. A hypothesis with a single value for
+ * all legs then replaces the base's values, and therefore looks worse than it is. */
 static bool each_in_base(const struct diagnosis *d, int effect) {
     bool each = false;
     for (int i = 0; i < d->variables; i++)
@@ -162,9 +163,9 @@ static const struct trial *best_pattern(const struct trial *finalist, int finali
     return NULL;
 }
 
-/* Gain on the fitted cycles that most trials share, whatever their effect: the median. It is above
- * zero where the linear steps of the base are wrong: beside backlash, which depends on all forces,
- * the residuals are not linear within a step. */
+/* Gain on the fitted cycles that most trials share, whatever their effect: the median gain. It is
+ * above zero if the linear steps of the base are wrong, as beside backlash. Backlash depends on all
+ * forces, so the residuals are not linear within a step. */
 static double shared_gain(const struct trial *trial, int count) {
     double *gain = memory_get((size_t)count, sizeof *gain);
     int n = 0;
@@ -208,12 +209,12 @@ static void polish(const struct diagnosis *d, struct trial *trial, int count) {
     }
 }
 
-/* Polishes the finalists, each with all threads, and sorts all trials, the best first. For each of
- * the best few effects that are not far from the best one, finalists are the trial with the best
- * choice of legs and all trials whose gain is near that trial's. A contradicted trial is a finalist
- * if its gain exceeds `worth` by more than twice shared_gain(), and if TRIAL_KEPT of its gain
- * exceeds that of its effect's first finalist. worth: gain above which trials were fitted
- * further. */
+/* Polishes the finalists, each with all threads, and sorts all trials, the best first. Finalists
+ * are chosen from the best few effects that are not far from the best one: for each, the trial with
+ * the best choice of legs, and all trials whose gain is near that of this trial. A contradicted
+ * trial is a finalist if its gain exceeds `worth` by more than twice shared_gain(), and if
+ * TRIAL_KEPT of its gain exceeds the gain of its effect's first finalist. worth: gain above which
+ * trials were fitted further. */
 static void finish(const struct diagnosis *d, double worth, struct trial *trial, int count) {
     struct trial *finalist = memory_get((size_t)count, sizeof *finalist);
     int effects = 0, finalists = 0, others = 0;

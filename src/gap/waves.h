@@ -6,7 +6,8 @@
 #include "gap_result.h"
 #include "spectrum.h"
 
-/* One channel of one leg in one test: Fourier coefficients (spectrum.h), padded with zeros. */
+/* One channel of one leg in one test: Fourier coefficients (spectrum.h), filled up with zeros; as
+ * measured, and of the models before and after the effects. */
 struct wave {
     double measured[SPECTRUM_SIZE], before[SPECTRUM_SIZE], after[SPECTRUM_SIZE];
     double noise;     /* rms of the measured samples about their mean cycle */
@@ -26,8 +27,8 @@ struct wave_test {
 struct waves {
     int tests, legs;
     struct wave_test *test;
-    bool evaluated[GAP_CHANNELS];   /* the coefficients of the model exist; false: they are copies
-                                     * of the measured ones */
+    bool evaluated[GAP_CHANNELS];   /* the models' coefficients were computed; false: they are
+                                     * copies of the measured ones */
     double variation[GAP_CHANNELS]; /* rms of the measured variation over all tests and legs */
 };
 

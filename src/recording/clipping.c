@@ -4,21 +4,23 @@
 
 #include "units.h"
 
-/* A channel that does not stay at its known `top` counts as clipped only if more than this share of
- * its samples is at its largest value (of a length, also at its smallest). */
+/* Least share of the samples that must be at the channel's largest value, or, for a length, at its
+ * smallest, if the channel does not stay at its known `top`. With fewer it is not clipped. */
 static const double CLIPPED = 0.12;
-/* A channel is clipped if the number of samples at its largest value exceeds this times the number
- * that a sinusoid of the same resolution has there. */
+/* A channel counts as clipped only if the number of samples at its largest value exceeds this times
+ * the number that a sinusoid of the same resolution has there. */
 static const double CLIPPED_TIMES = 2.0;
-/* An end stop, not friction, stopped the leg if its mean change on arrival at the largest length
- * exceeds this share of its largest change between two samples. */
+/* Mean change of a length in the last step before its largest value, as a share of the largest
+ * change between any two successive samples. Above this share an end stop stopped the leg; below
+ * it, friction or the motion itself may have done so. */
 static const double ABRUPT = 0.3;
 
 static const size_t STRIDE = sizeof(struct recording_sample) / sizeof(double);
 _Static_assert(sizeof(struct recording_sample) % sizeof(double) == 0, "samples are addressed as doubles");
 
-/* Number of samples at the largest value, or, with sign -1, at the smallest. 0 if there are no more
- * than a sinusoid has there, or if a smooth channel does not arrive there at speed. */
+/* Returns the number of samples at the channel's largest value, or, with sign -1, at its smallest.
+ * Returns 0 if they are too few (CLIPPED, CLIPPED_TIMES), or if a smooth channel does not arrive
+ * there at speed (ABRUPT). */
 static int plateau(const struct recording_test *t, const double *first, double sign, const struct recording_scale *scale) {
     double top = -HUGE_VAL, next = -HUGE_VAL, bottom = HUGE_VAL, before = NAN, entering = 0.0, fastest = 0.0;
     int there = 0, n = 0, entries = 0;

@@ -6,13 +6,14 @@
 #include "dense.h"
 #include "units.h"
 
-static const double OF_FREQUENCY = 0.5;  /* no other frequency is searched if more than this share
-                                          * of the variance is at near_hz */
-static const double SEARCH_S = 10.0;     /* length of the part that is searched for a frequency,
-                                          * because an hour would take too long; it is longer if
-                                          * SEARCH_CYCLES cycles need more */
-/* The legs follow the reference if their frequencies differ by less than this share; it is not 0,
- * because the legs may still be settling. */
+static const double OF_FREQUENCY = 0.5;  /* if more than this share of the variance is at near_hz,
+                                          * no other frequency is searched */
+static const double SEARCH_S = 10.0;     /* length of the part in which a frequency is searched,
+                                          * because searching an hour would take too long; the
+                                          * part is longer if SEARCH_CYCLES cycles of near_hz
+                                          * take longer */
+/* The legs follow the reference if their frequency differs from the reference's by less than this
+ * share. The share is not 0, because the legs may still be settling. */
 static const double FOLLOWED = 1e-3;
 enum { ITERATIONS = 8, REPEATS_LEAST = 2, SEARCH_CYCLES = 8 };
 
@@ -52,7 +53,7 @@ static struct wave wave_at(const struct recording_test *t, struct signals of, in
     return (struct wave){g[1], g[2], fmax(square / n - mean * mean, 0.0)};
 }
 
-/* Share of one frequency in the variance of a group of channels. */
+/* Share of the variance of a group of channels that is at one frequency. */
 static double share_at(const struct recording_test *t, struct signals of, double hz, double until_s) {
     double of_frequency = 0.0, all = 0.0;
     for (int k = 0; k < of.count; k++) {
@@ -62,8 +63,8 @@ static double share_at(const struct recording_test *t, struct signals of, double
     return all > 0.0 ? of_frequency / all : 0.0;
 }
 
-/* Finds the frequency with the largest share of the variance in one channel of the group, the one
- * that moves most. It tries frequencies in steps of a quarter of the resolution 1 / span_s. */
+/* Selects the channel of the group that moves most, and finds the frequency with the largest share
+ * of its variance. Frequencies are tried in steps of a quarter of the resolution 1 / span_s. */
 static double search(const struct recording_test *t, struct signals of, double span_s, double until_s) {
     double most = 0.0, best = 0.0, hz = (double)NAN;
     struct signals one = {of.offset, 1};
@@ -78,8 +79,8 @@ static double search(const struct recording_test *t, struct signals of, double s
     return hz;
 }
 
-/* Error of a frequency, Hz, from the phase shift between the span's halves, each cut to whole
- * cycles. */
+/* Error of a frequency, Hz, from the phase shift between the two halves of the span. Each half is
+ * cut to whole cycles. */
 static double turn(const struct recording_test *t, struct signals of, double hz, double start_s, double span_s) {
     double half_s = floor(0.5 * span_s * hz) / hz;
     double along = 0.0, across = 0.0;
@@ -104,15 +105,15 @@ static double fit(const struct recording_test *t, struct signals of, double near
         window_s = fmin(span_s, fmax(SEARCH_S, SEARCH_CYCLES / near_hz));
         hz = search(t, of, window_s, start_s + window_s);
     }
-    /* the window grows as the frequency becomes more accurate, so that no cycle is counted
-     * wrongly */
+    /* the window grows only as the frequency becomes more accurate, so that the number of cycles in
+     * it is never wrong by one */
     for (;; window_s = fmin(2.0 * window_s, span_s)) {
         hz = refine(t, of, hz, start_s, window_s);
         if (!(hz * window_s > REPEATS_LEAST)) return (double)NAN;
         if (window_s >= span_s) break;
     }
-    /* While a machine settles, its phase changes too, but less and less. Therefore the second half
-     * of the record gives a better frequency. */
+    /* While a machine settles, the phase of its motion changes, but less and less. Therefore the
+     * second half of the record gives a better frequency. */
     if (0.5 * span_s * hz >= SEARCH_CYCLES) hz = refine(t, of, hz, start_s + 0.5 * span_s, 0.5 * span_s);
     return hz;
 }

@@ -15,12 +15,13 @@ static const double MULTIPLE = 0.05;    /* a difference counts as a multiple of 
                                          * differs from a whole number of steps by less than this
                                          * share of a step */
 static const double MULTIPLES = 0.95;   /* share of the differences that must be multiples of the
-                                         * smallest */
+                                         * smallest difference */
 static const double STEPS_MOST = 1e6;   /* a difference of more steps counts as no multiple, because
-                                         * any number would be near a multiple */
+                                         * a very large quotient of two doubles is always a whole
+                                         * number */
 
-/* Rms of the white noise: from the median over blocks of the mean square of fourth differences. NaN
- * without five successive finite values. */
+/* Rms of the white noise. Each block of samples gives the mean square of its fourth differences;
+ * the result follows from the median of the blocks. NaN without five successive finite values. */
 static double white(int count, const double *x, size_t stride) {
     double block[BLOCKS], sum = 0.0;
     int size = count / BLOCKS + 1 > BLOCK_LEAST ? count / BLOCKS + 1 : BLOCK_LEAST, blocks = 0, n = 0;

@@ -6,13 +6,13 @@
 #include <stddef.h>
 
 struct noise {
-    /* White noise, from fourth differences, as the median over time: motion slower than a tenth of
-     * the sampling rate hardly counts. It is at least the quantisation noise, step / sqrt(12).
-     * Without five successive finite values it is the quantisation noise, or NaN if no step is
-     * found. */
+    /* Rms of the white noise, as the median over time, from fourth differences, on which motion
+     * slower than a tenth of the sampling rate has little effect. The result is at least the
+     * quantisation noise, step / sqrt(12). Without five successive finite values it is the
+     * quantisation noise, or NaN if no step is found. */
     double rms;
-    /* Resolution of the sensor: at least 95 % of the differences are multiples of it; 0 if none is
-     * found. */
+    /* Resolution of the sensor: at least 95 % of the differences between successive values are
+     * multiples of this step; 0 if no step is found. */
     double step;
 };
 

@@ -31,8 +31,8 @@ void recording_free(struct recording *r) {
     while (r->tests) recording_remove(r, r->tests - 1);
 }
 
-/* Returns the number of the current run's first test: one above the largest number in earlier
- * runs. */
+/* Returns the number of the current run's first test, which is one above the largest number in
+ * earlier runs. */
 static int tests_before(const struct recording *r) {
     int n = 0;
     for (int i = 0; i < r->tests; i++)
@@ -105,8 +105,8 @@ static enum refusal outside(const struct cycle *c) {
     return kept ? REFUSED_NOT : REFUSED_OUTSIDE;
 }
 
-/* Drops every other block of a test. The first block stays; it contains the ramp-in unless that is
- * longer than a block. */
+/* Drops every other block of a test. The first block stays; it contains the ramp-in, unless the
+ * ramp-in is longer than a block. */
 static void thin(struct recording_test *t) {
     int kept = 0, first = t->first, end = t->end;
     t->thinned++;

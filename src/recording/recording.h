@@ -22,18 +22,20 @@ struct recording_sample {
     double length_m[LEGS], p1_pa[LEGS], p2_pa[LEGS];
     double force_n[LEGS];/* A1 P1 - A2 P2; without pressures, the reading of a force sensor or a
                           * drive */
-    double valve[LEGS];  /* commands that were computed from this sample and held until the next */
+    double valve[LEGS];  /* valve commands, -1..1, that were computed from this sample and held
+                          * until the next */
     double ref[DOFS];
-    enum refusal refused;/* why the sample is not used: a flag, or a measured value that is no
-                          * number */
+    enum refusal refused;/* reason why the sample is not used: a flag, or a measured value that is
+                          * no number */
 };
 
 struct recording_test {
     int run;             /* index of the run that the test belongs to */
-    int test;            /* number in the list of tests, continued through all runs */
+    int test;            /* number of the test, from 0, counted on from one run to the next */
     enum dof dof;
-    double frequency_hz; /* frequency of the motion: the stated one, or the one that measured_add()
-                          * found and puts here; NaN for a segment or several axes */
+    double frequency_hz; /* frequency of the motion: at first the stated one, which measured_add()
+                          * replaces by the measured one if the two differ; NaN for a segment or
+                          * several axes */
     double stated_hz, amplitude;
     double segment_s, start_s; /* length and start of a segment of any motion; segment_s is 0 for a
                                 * whole test */
@@ -41,8 +43,8 @@ struct recording_test {
     int count, capacity;
     int64_t offered;     /* number of samples offered so far, including those that were dropped to
                           * thin a long test */
-    int thinned; /* number of times that every other block was dropped; the gaps look like lost
-                  * samples */
+    int thinned; /* number of times that every other block of samples was dropped; the gaps look
+                  * like lost samples */
     struct recording_sample *sample;
     bool borrowed;       /* the samples belong to another test or recording, which frees them */
     enum refusal refused;/* REFUSED_NOISE if a segment is mostly noise and therefore not
@@ -80,10 +82,11 @@ void recording_free(struct recording *r);
  * are RECORDING_RUNS runs already. */
 int recording_begin(struct recording *r, const struct test_params *tests, struct error *error);
 
-/* Adds one cycle; cycles must come in order. Cycles of a test's ramp-in and evaluated part are
- * kept, and all cycles of a test without a tested axis; other cycles are ignored. A long motion is
- * thinned evenly to at most 125 MB. Returns -2 if there are too many tests or the order is wrong,
- * -3 without memory. */
+/* Adds one cycle. Cycles must come in the order of their time: one with another test or axis, or
+ * with a time that does not increase, begins a new test. Cycles of a test's ramp-in and evaluated
+ * part are kept, and all cycles of a test without a tested axis; other cycles are ignored. A long
+ * motion is thinned evenly to at most 125 MB. Returns -2 if there are too many tests, -3 without
+ * memory. */
 int recording_add(struct recording *r, const struct cycle *cycle, struct error *error);
 
 void recording_remove(struct recording *r, int test);
@@ -95,18 +98,18 @@ struct recording_sample recording_sample_of(const struct params *params, const s
 /* Appends a sample to a test; times must increase. Returns -3 without memory. */
 int recording_append(struct recording_test *test, const struct recording_sample *sample, struct error *error);
 
-/* Finishes the recording after the last cycle. Where a pressure or a command that the log has is no
- * number, the sample is refused; pressures or commands that the log lacks become zero. */
+/* Finishes the recording after the last cycle. A sample is refused if a pressure or a command that
+ * the log has is no number in it; pressures or commands that the log lacks become zero. */
 void recording_settle(struct recording *r);
 
 /* Index of the first sample at or after this time; t->count if all are earlier. */
 int recording_at(const struct recording_test *t, double test_time_s);
 
-/* Name of a test's axis, for messages; "none" for any motion. */
+/* Name of a test's axis, for messages; "none" if no axis is tested. */
 const char *recording_test_name(const struct recording_test *t);
 
-/* Index of the first test of the last run. Runs are checked one by one, since a mean over all of
- * them would hide a plug that was in the wrong socket in one. */
+/* Index of the first test of the last run. Runs are checked one by one, because a mean over all
+ * runs would hide a plug that was in the wrong socket in one run. */
 int recording_first_of_run(const struct recording *r);
 
 /* True for a test that is no segment, and for the first segment of a record. */
@@ -115,8 +118,9 @@ bool recording_begins(const struct recording *r, int test);
 /* First test of this axis in this run, or NULL. */
 const struct recording_test *recording_find(const struct recording *r, int run, enum dof dof);
 
-/* Rate of the recorder's clock relative to the controller's, fitted to all evaluated parts. std:
- * its standard deviation. NaN if the recorder's time stamps stand still. */
+/* Rate of the recorder's clock relative to the controller's, fitted to the evaluated parts of all
+ * tests; every test must have one. std: receives the standard deviation of the rate. NaN if the
+ * recorder's time stamps stand still. */
 double recording_clock(const struct recording *r, double *std);
 
 #endif

@@ -45,7 +45,7 @@ const struct refusal_row refusals[REFUSALS] = {
 _Static_assert(REFUSED_STALE + SAMPLE_FLAGS == REFUSED_NO_NUMBER, "a reason for each flag");
 
 enum refusal refusal_of(const struct cycle *c, int legs) {
-    for (int i = 0; c->in.flags; i++) /* an imported flag may be unknown */
+    for (int i = 0; c->in.flags; i++) /* an imported log may have a flag beyond those of types.h */
         if (c->in.flags >> i & 1u) return i < SAMPLE_FLAGS ? (enum refusal)(REFUSED_STALE + i) : REFUSED_INVALID;
     for (int k = 0; k < legs; k++)
         if (!isfinite(c->in.length_m[k])) return REFUSED_NO_NUMBER;

@@ -1,7 +1,7 @@
-/* Reasons for which a sample, a stretch of a record, or a test is excluded from the evaluation: one
- * list for all code that excludes, with a sentence for people and the remedy. Whole recordings are
- * refused by admit.h. `hexid doctor --refusals` prints the table for the documentation.
- * Pure. */
+/* Reasons for which a sample, a segment, a cycle or a test is excluded from the evaluation. All
+ * code that excludes uses this one list, which has a sentence for people and a remedy for each
+ * reason. Whole recordings are refused by admit.h. `hexid doctor --refusals` prints the table for
+ * the documentation. Pure. */
 #ifndef HEXID_REFUSAL_H
 #define HEXID_REFUSAL_H
 
@@ -27,7 +27,7 @@ enum refusal {
 /* clang-format on */
 
 struct refusal_row {
-    const char *word;   /* reason in one word, the same as in JSON if JSON has it */
+    const char *word;   /* reason in one word; where JSON has the reason, it uses this word */
     const char *what;   /* kind of thing that is excluded */
     const char *why;    /* sentence for people, without capital and full stop */
     const char *remedy; /* what to do about it */

@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-static const double GAP = 1.5; /* a step is a gap if it is longer than this times the period */
+static const double GAP = 1.5; /* a step is a gap if it is at least this many periods long */
 enum { PASSES = 3 };
 
 static double step_at(const struct recording_test *t, int i) { return t->sample[i].test_time_s - t->sample[i - 1].test_time_s; }
@@ -17,7 +17,8 @@ double sampling_step_s(const struct recording_test *t, int first, int end) {
             double step = step_at(t, i);
             if (step < GAP * step_s) sum += step, steps++;
         }
-        /* without gaps the first step_s is kept, which has no rounding errors of a sum */
+        /* without gaps the first step_s is kept, because it has not the rounding errors of the
+         * sum */
         if (steps == end - 1 - first) break;
         step_s = sum / steps;
     }

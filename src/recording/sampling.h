@@ -11,8 +11,8 @@ struct sampling {
     double gap_s;     /* longest time between two successive samples */
 };
 
-/* Mean period of the samples first <= i < end of a test, s; gaps do not count, however large a part
- * of the time they are. NaN with fewer than two samples. */
+/* Mean period of the samples first <= i < end of a test, s. Gaps do not count, even if they make up
+ * most of the time. NaN with fewer than two samples. */
 double sampling_step_s(const struct recording_test *test, int first, int end);
 
 /* Measures all samples of the test, whose times must increase. All results are zero with fewer than

@@ -10,29 +10,30 @@
 
 const char *const segment_names[SEGMENT_KINDS] = {"rest", "steady", "moving"};
 
-/* Grid points per second. The search works on an even grid, whose points are means of neighbouring
- * samples; at this rate the fastest motion has ten points in a cycle. */
+/* Grid points per second. The search works on an even grid, each point of which stands for the mean
+ * of neighbouring samples; at this rate the fastest motion has ten points in a cycle. */
 static const double GRID_HZ = 400.0;
 static const double POINTS_LEAST = 5.0;  /* least number of points in a cycle */
 enum { GRID_MOST = 1 << 22, SAMPLES_LEAST = 10 };
 
 static const double REST_S = 0.5;        /* shortest rest; a shorter one is a reversal */
-static const double NOISE_BAND = 5.0;    /* largest deviation of a leg at rest, in rms noise: white
-                                          * noise stays within it for an hour */
+static const double NOISE_BAND = 5.0;    /* largest deviation of a leg at rest, as a multiple of its
+                                          * rms noise; white noise stays within this for about an
+                                          * hour */
 static const double REST_SHARE = 3e-3;   /* largest deviation of a leg at rest to either side, as a
-                                          * share of its range in the whole test; a position loop
-                                          * that holds a leg keeps it closer than this */
+                                          * share of the leg's range in the whole test; a position
+                                          * loop holds a leg at rest more closely than this */
 
 /* Least number of cycles of a steady segment. */
 static const double CYCLES_LEAST = 4.0;
 /* In steady motion, successive cycles differ by at most this share of the motion's rms, beyond the
- * noise. They may differ by more, up to SEARCHED, if that is their usual difference (RESTLESS). */
+ * noise. A larger difference, up to SEARCHED, is allowed if it is usual in the run (RESTLESS). */
 static const double ALIKE = 0.05;
 /* While the period is searched, successive cycles may differ by this share of the motion's rms,
- * because an error of the trial period adds 2 pi times its relative size. */
+ * because a trial period with the relative error e adds a difference of 2 pi e. */
 static const double SEARCHED = 0.2;
-/* Tolerance factor on the mean square difference of a run's cycles, because some loops oscillate
- * slightly in addition to their motion. */
+/* Tolerance factor on the mean square difference between a run's successive cycles, because some
+ * loops oscillate slightly in addition to their motion. */
 static const double RESTLESS = 1.5;
 /* A trial period off by this factor makes a sinusoid's cycles differ by more than SEARCHED. */
 static const double SEARCHED_RATIO = 1.04;
@@ -49,13 +50,13 @@ static const double SWELL = 0.1;         /* largest relative change of amplitude
 /* Least share of a cycle's points that must be measured in this cycle and in the next one; also the
  * least share of a rest's points that must be measured. */
 static const double COMPARED = 0.25;
-/* Tolerance added to SWEEP and SWELL, in standard deviations of the change between the halves,
- * which follow from how much the run's cycles differ. */
+/* Tolerance added to SWEEP and SWELL, in standard deviations of the change between the halves. The
+ * standard deviations follow from the differences between the run's cycles. */
 static const double UNSURE = 2.0;
-/* A longer period is preferred if it lengthens the run by this factor; a multiple of the true
- * period lengthens it by less. */
+/* A longer trial period is preferred if the run with it is longer by this factor; with a multiple
+ * of the true period the run is longer by less. */
 static const double LONGER_BY = 1.1;
-enum { WINDOW_POINTS = 64 };             /* points compared in a cycle; those between are skipped */
+enum { WINDOW_POINTS = 64 };             /* points compared in a cycle; others are skipped */
 enum { PARTS = 32 };                     /* fractions of a period that are tried: 1/32 to 1/2 */
 enum { DEPTH = 64 };                     /* greatest depth of recursion in find_steady() */
 
@@ -63,19 +64,21 @@ struct grid {
     int count, legs;
     /* start_s: time of point 0. step_s: time between points. */
     double start_s, step_s;
-    double *x[LEGS];           /* mean lengths at the points, relative to the leg's first length */
-    double noise[LEGS];        /* rms noise of each leg's points */
-    /* Points with a sample of their own; the others are interpolated. The array's second half is
-     * scratch memory. */
+    double *x[LEGS];           /* mean lengths of the leg at the points, m, relative to its first
+                                * length */
+    double noise[LEGS];        /* rms noise of each leg's points, m */
+    /* 1 for a point with a sample of its own, 0 for one that is interpolated. The array's second
+     * half is scratch memory. */
     unsigned char *measured;
     unsigned char *kind;       /* enum segment_kind of each point */
-    double *frequency;         /* frequency at each point of a steady segment, Hz */
+    double *frequency;         /* frequency at each point of a steady segment, Hz; 0 at other
+                                * points */
     double *low, *high;        /* scratch memory of extremes() */
     struct sums *sums;
 };
 
-/* Sums over all points before a given one: squared differences from the value one period later, and
- * their number; values, and their squares. */
+/* Sums over all points before a given one. difference: squared differences from the value one
+ * period later. compared: number of these differences. x: values. square: squared values. */
 struct sums {
     double difference, compared, x, square;
 };
@@ -93,7 +96,8 @@ static bool grid_alloc(struct grid *g) {
     return there;
 }
 
-/* Fills the grid points from *next up to the instant at[1], on the line through two values. */
+/* Fills the grid points from *next up to the time at[1] by linear interpolation between two values.
+ * at: times of the two values, s. */
 static void lay_line(struct grid *g, int leg, const double at[2], const double value[2], int *next) {
     double slope = at[1] > at[0] ? (value[1] - value[0]) / (at[1] - at[0]) : 0.0;
     for (; *next < g->count && g->start_s + *next * g->step_s <= at[1]; ++*next)
@@ -176,7 +180,8 @@ static void find_rests(struct grid *g) {
     for (int i = 0, until = 0; i < g->count; i++) {
         seen += g->measured[i + window - 1 < g->count ? i + window - 1 : g->count];
         bool stays = i + window <= g->count && !leaves[i] && seen >= COMPARED * window;
-        /* true if the leg jumped from one place of rest to another between two samples */
+        /* true if a leg jumped from one place of rest to another between two samples; this point
+         * then separates the two rests */
         bool jumps = stays && i == until && i > 0;
         if (stays) until = i + window;
         if (i < until && !jumps) g->kind[i] = SEGMENT_REST;
@@ -184,7 +189,7 @@ static void find_rests(struct grid *g) {
     }
 }
 
-/* Points first..end-1 of the grid, with the values and the noise of the leg that moves most among
+/* Points first..end-1 of the grid. x, noise: values and rms noise of the leg that moves most in
  * them. */
 struct stretch {
     int first, end;
@@ -212,8 +217,8 @@ static struct stretch stretch_of(const struct grid *g, int first, int end) {
     return s;
 }
 
-/* A lag of whole + fraction points. A value between points is the sum of four neighbours with these
- * weights (cubic interpolation). */
+/* A lag of `whole` points and a fraction of one. The value at such a place is the sum of the values
+ * at its four neighbours, times these weights (cubic interpolation). */
 struct lag {
     int whole;
     double weight[4];
@@ -229,8 +234,8 @@ static struct lag lag_of(double points) {
 
 static const double LAG_MARGIN = 2.0; /* points beyond the lag that cubic interpolation needs */
 
-/* Finds the difference d between the value one lag later and the value at point i. Returns false,
- * with d = 0, if either is not measured. */
+/* Finds d, the value one lag after point i less the value at point i. Returns false, with d = 0, if
+ * one of the two is not measured. */
 static bool differs(const struct grid *g, const struct stretch *s, int i, const struct lag *lag, double *d) {
     const double *x = s->x + i + lag->whole, *w = lag->weight;
     bool measured = g->measured[i] && g->measured[i + lag->whole + (w[2] > w[1])];
@@ -279,9 +284,9 @@ static double shortest_period(const struct grid *g, const struct stretch *s, con
     return period;
 }
 
-/* True if the cycle that starts at `from` is like the next one. from: sums at the cycle's first
+/* True if the cycle that starts at `from` is like the next one. from: sums before the cycle's first
  * point. cycle: number of points in a cycle. share: largest rms difference beyond the noise, as a
- * share of the motion's rms; MOTION limits it whatever the noise. */
+ * share of the motion's rms; whatever the noise, MOTION limits the difference. */
 static bool alike(const struct sums *from, int cycle, double share, double noise) {
     double n = from[cycle].compared - from->compared, points = 2.0 * cycle;
     double e = (from[cycle].difference - from->difference) / n, mean = (from[2 * cycle].x - from->x) / points;
@@ -306,8 +311,8 @@ static void sum_up(const struct grid *g, const struct stretch *s, double period,
 
 static int run_points(const struct run *r) { return r->end - r->first; }
 
-/* Finds the longest run of alike cycles with this period in a stretch; it is empty if shorter than
- * CYCLES_LEAST. */
+/* Finds the longest run of alike cycles with this period in a stretch. The run is empty if all runs
+ * are shorter than CYCLES_LEAST cycles. */
 static struct run longest_run(const struct grid *g, const struct stretch *s, double period, double share) {
     int stride = (int)fmax(1.0, period / WINDOW_POINTS), cycle = (int)lround(period / stride);
     int points = (s->end - s->first) / stride, begin = -1;
@@ -332,7 +337,7 @@ static bool holds(const struct grid *g, const struct stretch *s, const struct ru
     double first = variance(g, s->x, r->first, r->first + cycles), second = variance(g, s->x, r->end - cycles, r->end);
     double early = refine(g, s, r->first, middle, r->period), late = refine(g, s, middle, r->end, r->period);
     double restless = fmax(misfit(g, s, r->first, middle, early), misfit(g, s, middle, r->end, late)) / fmin(first, second);
-    /* standard deviation, times UNSURE, of an amplitude ratio, and of a phase in radians */
+    /* UNSURE times the standard deviation of an amplitude ratio, and of a phase in radians */
     double unsure = UNSURE * sqrt(2.0 * restless * r->period / run_points(r));
     return fabs(late / early - 1.0) < SWEEP + unsure / (2.0 * PI) && fabs(sqrt(second / first) - 1.0) < SWELL + unsure;
 }
@@ -386,8 +391,8 @@ static void join_slivers(struct grid *g) {
     }
 }
 
-/* Frequency of a steady segment, as fitted to all legs; the repetition rate if the fit is far from
- * it. */
+/* Frequency of a steady segment, Hz, fitted to all legs; if the fit is far from the repetition
+ * rate, the repetition rate. */
 static double exact_hz(const struct recording_test *t, int legs, const struct segment *p) {
     struct recording_test part = *t;
     part.first = p->first, part.end = p->end;
@@ -411,8 +416,8 @@ static double motion_of(const struct recording_test *t, int legs, const struct s
     return sqrt(all);
 }
 
-/* True if two neighbours continue the same steady motion, so that a few unlike cycles between runs
- * do not split it. */
+/* True if two neighbouring segments are parts of the same steady motion, so that a few unlike
+ * cycles do not split it. */
 static bool goes_on(const struct recording_test *t, int legs, const struct segment *a, const struct segment *b) {
     if (a->kind != SEGMENT_STEADY || b->kind != SEGMENT_STEADY || !(fabs(b->frequency_hz / a->frequency_hz - 1.0) < SWEEP)) return false;
     return fabs(motion_of(t, legs, b) / motion_of(t, legs, a) - 1.0) < SWELL;

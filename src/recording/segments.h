@@ -1,4 +1,4 @@
-/* Splits a recording into segments in time: rest, steady repetition, and any other motion (ramps,
+/* Splits a test into segments in time: rest, steady repetition, and any other motion (ramps,
  * sweeps, steps). Only the measured lengths decide; the motion that the file states is not used.
  * For sampling rates from 100 Hz to 10 kHz. Ordinary threads; heap. */
 #ifndef HEXID_SEGMENTS_H
@@ -10,9 +10,9 @@ enum segment_kind {
     /* For half a second or longer all legs stay within their noise, or within 0.3 % of their
      * range. */
     SEGMENT_REST,
-    /* At least four cycles of one frequency and amplitude. Successive cycles differ by noise and by
-     * at most 5 % of the motion beyond it, or by up to 20 % if that is their usual difference in
-     * the whole segment, as in a loop that oscillates a little. */
+    /* At least four cycles of one frequency and amplitude. Beyond their noise, successive cycles
+     * differ by at most 5 % of the motion, or by up to 20 % if such a difference is usual in the
+     * whole segment, as in a loop that oscillates a little. */
     SEGMENT_STEADY,
     SEGMENT_MOVING, /* all other motion */
     SEGMENT_KINDS

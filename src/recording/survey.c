@@ -10,8 +10,8 @@
 #include "noise.h"
 #include "params.h"
 
-static const double FULL_SCALE = 0.999; /* a reading from this share of the full scale on is a
-                                         * pressure sensor's last count: it saturates */
+static const double FULL_SCALE = 0.999; /* a pressure sensor saturates at this share of its full
+                                         * scale, which allows for its last count */
 
 const char *const survey_names[SURVEY_KINDS] = {"length", "reference", "p1", "p2", "force", "command"};
 
@@ -110,7 +110,8 @@ static bool lacks_number(const struct survey *s, const struct recording_sample *
     return false;
 }
 
-/* Position on the tested axis, or length of a leg if no axis is tested; NaN for a bad sample. */
+/* Position on the tested axis, m or rad, or length of the leg if no axis is tested or the mechanism
+ * has no pose. NaN for a refused sample, or if no pose has its lengths. */
 static double place_of(const struct survey *s, const struct kinematics *k, const struct recording_sample *sample, int leg) {
     double pose[DOFS] = {0};
     if (sample->refused) return (double)NAN;
@@ -138,9 +139,9 @@ static void find_amplitude(struct survey *s, const struct params *params) {
     for (int leg = 0; leg < legs; leg++) s->amplitude = fmax(s->amplitude, swing(s, &k, leg, p ? p->first : 0, p ? p->end : s->test.count));
 }
 
-/* Finds whether the evaluated part begins before the motion is steady. One more period is added,
- * because a steady segment tolerates cycles that differ by 5 %, so that its first cycle may be the
- * end of the ramp. */
+/* Finds whether the evaluated part begins before the motion is steady. One period is added to the
+ * least ramp, because a steady segment tolerates cycles that differ by 5 %, so that its first cycle
+ * may still be the end of the ramp. */
 static void find_ramp(struct survey *s) {
     const struct segment *p = s->segments.segment, *end = p + s->segments.count;
     while (p < end && !(p->kind == SEGMENT_STEADY && p->end > s->evaluated)) p++;

@@ -17,8 +17,8 @@ enum { SURVEY_NAME = 256 };
 struct survey_channel {
     int of;                  /* number of channels that the mechanism has; a platform has no force
                               * channels */
-    unsigned there;          /* channels with a number in any sample: bit 0 is leg 1, or the first
-                              * axis */
+    unsigned there;          /* bits of the channels that have a number in at least one sample: bit
+                              * 0 is leg 1, or the first axis */
     /* bits, as in `there`. dead: channels that never change (not references). clipped: channels
      * that saturate (recording_clipped). */
     unsigned dead, clipped;
@@ -36,12 +36,14 @@ struct survey {
     double stated_hz, stated_amplitude; /* as the configuration states them; NaN if no axis is
                                          * tested */
     double measured_hz;         /* frequency of the longest steady segment; NaN if there is none */
-    /* Half the swing in the longest steady segment, or, if there is none, in all samples: m or rad
-     * on the tested axis; without a tested axis, m of the leg that moves most. */
+    /* Half the range of the motion in the longest steady segment, or, without such a segment, in
+     * all samples: m or rad on the tested axis; without a tested axis, m of the leg that moves
+     * most. */
     double amplitude;
     int evaluated;              /* first sample of the evaluated part; -1 if there is none */
-    /* If the evaluated part begins before the motion is steady: the time at which the motion
-     * becomes steady, and the least tests.ramp_s that is long enough. Otherwise NaN. */
+    /* If the evaluated part begins before the motion is steady: time at which the motion becomes
+     * steady, from the start of the test, and least tests.ramp_s that is long enough. Otherwise
+     * NaN. */
     double steady_s, ramp_least_s;
     int flagged;                /* number of samples with a flag */
     int not_a_number;           /* number of samples that lack a number in a channel that has
