@@ -44,9 +44,9 @@
 enum { BRING_UP_MS = 3000, LISTEN_MAX_MS = 500, DRAIN_MAX = 4 /* counted in batches of frames */, UNECHOED_MAX = 3 };
 _Static_assert((int)CAN_QUEUE <= (int)CAN_BATCH, "a queue is sent at once");
 #define JAMMED (1ull << 63)
-static const double jam_s = 0.1; /* time since the last SYNC was sent, after which its frames count
-                                  * as lost (interface reset), and one cycle's frames are sent as a
-                                  * trial */
+static const double jam_s = 0.1; /* time after the last sent SYNC when its frames count as lost (for
+                                  * instance by an interface reset), and one cycle's frames are sent
+                                  * as a trial */
 
 struct can {
     struct hal hal;
@@ -55,11 +55,11 @@ struct can {
     int64_t sent_ns; /* time of the last SYNC, CLOCK_MONOTONIC */
     bool jammed;
     _Atomic uint64_t trouble, refusal; /* state and refusal (struct can_condition) of the first
-                                        * problem since the start, or since the last second without
-                                        * a problem; written by the loop, read by any thread */
-    int64_t good_ns;          /* time of the last problem */
-    /* descriptors passed between the loop and the watch thread: a new socket, and a replaced one to
-     * be closed; -1: there is none */
+                                        * problem, counted anew after each second without a problem;
+                                        * written by the loop, read by any thread */
+    int64_t good_ns;          /* time at which the last problem was seen */
+    /* descriptors passed between the loop and the watch thread. fresh: a new socket; spent: a
+     * replaced socket that must be closed; -1: there is none */
     _Atomic int fresh, spent;
     _Atomic int link;         /* enum can_link, as the watch thread saw it last */
     sem_t look;
@@ -84,7 +84,8 @@ static int flush(struct can *c, struct can_queue *q) { return can_socket_send(&c
 
 /* Handles the received frames, at most DRAIN_MAX batches, so that a busy bus cannot delay the loop.
  * Returns -1 if the interface is down or gone. The kernel stamps frames on CLOCK_REALTIME, which
- * may jump; times are converted to CLOCK_MONOTONIC and never lie in the future. */
+ * may jump; the stamps are converted to CLOCK_MONOTONIC, and a stamp in the future counts as
+ * now. */
 static int drain(struct can *c) {
     int64_t to_monotonic_ns = monotonic_ns() - can_realtime_ns();
     struct can_arrival come[CAN_BATCH];
@@ -214,8 +215,9 @@ static void look(struct can *c) {
     atomic_store(&c->link, (int)link);
     if (link != CAN_LINK_GONE || open_socket(&again, c->interface, &(struct error){0})) return;
     c->index = again.index;
-    int unused = atomic_exchange(&c->fresh, again.fd); /* an earlier new socket, which the loop has
-                                                        * not taken; the loop may have ended */
+    int unused = atomic_exchange(&c->fresh, again.fd); /* an earlier new socket that the loop has
+                                                        * not taken, perhaps because the loop has
+                                                        * ended */
     if (unused >= 0) close(unused);
 }
 
@@ -231,8 +233,8 @@ static void *watch(void *argument) {
     return NULL;
 }
 
-/* SAFETY: the thread blocks all signals, so that a signal to end reaches a thread that parks the
- * platform first. */
+/* SAFETY: the watch thread blocks all signals, so that a signal that ends the run reaches the
+ * thread that parks the platform first. */
 static int start_watch(struct can *c, const char *interface, struct error *error) {
     sigset_t all, before;
     if (!c->socket.index) return STATUS_OK;
@@ -258,7 +260,8 @@ static void end_watch(struct can *c) {
     sem_destroy(&c->look);
 }
 
-/* RT. Takes the socket that the watch thread has opened and hands back the old one. */
+/* Takes the socket that the watch thread has opened, and hands the old one back to that thread.
+ * RT. */
 static void take_fresh(struct can *c) {
     int fresh = atomic_exchange(&c->fresh, -1);
     if (fresh < 0) return;
@@ -290,8 +293,8 @@ static int can_open(struct hal **hal, const char *interface, const struct params
     return status;
 }
 
-/* Keeps the first problem until a second has passed without any, because later problems follow from
- * it. */
+/* Keeps the first problem until a second has passed without a problem, because later problems are
+ * its consequences. */
 static void note_trouble(struct can *c, int64_t now_ns) {
     struct can_condition condition = can_master_condition(&c->master);
     uint64_t state = condition.state | (c->jammed ? JAMMED : 0);
@@ -314,8 +317,8 @@ static int can_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample) 
     can_master_sample(&c->master, sample);
     sample->time_ns += to_loop_ns;
     sample->age_ns = now_ns - sample->time_ns;
-    /* The sample should be one period old, latched at the previous cycle's SYNC; it is late if it
-     * is more than half a period older. */
+    /* The sample should be one period old, because it was latched at the SYNC of the previous
+     * cycle. It is late if it is more than half a period older than that. */
     if (2 * sample->age_ns > 3 * ns_from_seconds(c->master.params->loop.period_s)) sample->flags |= SAMPLE_LATE;
     return dead ? -1 : 0;
 }

@@ -5,10 +5,10 @@
 
 #include "can_master.h"
 
-/* Layout of can_condition.state, in bits from bit 0 on: 2 for the bus, 7 x 4 for the nodes (3 for
- * CAN_RUNNING - phase, 1 for an active EMCY), 16 for the first EMCY's code, 12 for the identifier
- * of another master's frame (can_master.foreign), 3 for the node with a twin, 2 free, 1 for the
- * caller. */
+/* Layout of can_condition.state, from bit 0 up: 2 bits for the bus; 4 bits for each of 7 nodes (3
+ * for CAN_RUNNING - phase, 1 for an active EMCY); 16 for the code of the first node's EMCY; 12 for
+ * the identifier of another master's frame (can_master.foreign); 3 for the node with a twin; 2
+ * unused; 1 for the caller. */
 enum {
     CONDITION_NODES = 2,
     CONDITION_NODE_BITS = 4,
@@ -18,7 +18,8 @@ enum {
     CONDITION_END = CONDITION_TWIN + 3
 };
 _Static_assert((int)CONDITION_END <= 63, "there is no room for so many nodes");
-/* Layout of can_condition.refusal: value 32 bits, sub-index 8, index 16, node 3, kind 2. */
+/* Layout of can_condition.refusal, from bit 0 up: 32 bits for the value, 8 for the sub-index, 16
+ * for the index, 3 for the node, 2 for the kind. */
 enum { REFUSAL_SUB = 32, REFUSAL_INDEX = 40, REFUSAL_NODE = 56, REFUSAL_KIND = 59 };
 
 static uint64_t pack(int node, const struct can_refusal *r) {
@@ -65,7 +66,8 @@ static void describe_refusal(uint64_t word, const struct params *params, char *t
 }
 
 /* Appends a node's problem to the text, such as ", node 3 lost EMCY 0x8250". node: the node's four
- * bits of can_condition.state. code, refusal: EMCY code and refusal of this node; 0: not known. */
+ * bits of can_condition.state. code: its EMCY code; 0: not known. refusal: its
+ * can_condition.refusal; 0: not known. */
 static void describe_node(const char *who, unsigned node, unsigned code, uint64_t refusal, const struct params *params, char *text,
                           size_t size) {
     static const char *const phases[] = {[CAN_LOST] = " lost",
@@ -82,7 +84,8 @@ static void describe_node(const char *who, unsigned node, unsigned code, uint64_
 
 void can_condition_describe(struct can_condition c, const struct params *params, char *text, size_t size) {
     static const char *const buses[] = {[CAN_BUS_GOOD] = "", [CAN_BUS_PASSIVE] = ", bus error-passive", [CAN_BUS_OFF] = ", bus-off"};
-    /* the lowest of the four bits of each expected node: all * x stands for "all nodes have x" */
+    /* a bit for each expected node, the lowest of its four: if all nodes are in state x, `nodes` is
+     * x * all */
     const unsigned all = 0x1111111 >> CONDITION_NODE_BITS * (CAN_NODES - can_nodes(params));
     unsigned code = c.state >> CONDITION_EMCY & 0xffff, nodes = c.state >> CONDITION_NODES & 0xfffffff;
     unsigned foreign = c.state >> CONDITION_FOREIGN & 0xfff, twin = c.state >> CONDITION_TWIN & 7;

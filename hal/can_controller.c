@@ -30,8 +30,8 @@ struct span {
     const unsigned char *at, *end;
 };
 
-/* Takes the next complete attribute. Returns its value, with its type in *type. The value's `at` is
- * NULL if no attribute is left. */
+/* Takes the next complete attribute. Returns its value, and in *type its type. If no attribute is
+ * left, `at` of the result is NULL. */
 static struct span next(struct span *in, int *type) {
     struct rtattr a;
     if (in->end - in->at < (ptrdiff_t)sizeof a) return (struct span){0};
@@ -44,7 +44,7 @@ static struct span next(struct span *in, int *type) {
     return value;
 }
 
-/* Copies the members of a structure that this program and the running kernel have in common; newer
+/* Copies the members of a structure that this program and the running kernel both have; newer
  * kernels append members. Returns false if the attribute is empty. */
 static bool copy(struct span value, void *to, size_t size) {
     size_t length = (size_t)(value.end - value.at);

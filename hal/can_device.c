@@ -34,8 +34,8 @@ static int open_socket(struct can_device *d, const char *interface, struct error
     return can_socket_open(&d->socket, interface, everything, sizeof everything / sizeof *everything, false, false, error);
 }
 
-/* Opens a new socket when an interface that was removed is back. The nodes keep their state;
- * meanwhile their watchdogs have centred the valves. */
+/* Opens a new socket when an interface that was removed is back. The nodes keep their state; their
+ * watchdogs have centred the valves in the meantime. */
 static void look_after_interface(struct can_device *d, const char *interface, int64_t now_ns) {
     char text[160];
     if (now_ns < d->look_ns || !d->socket.index) return;
@@ -56,8 +56,8 @@ static void look_after_interface(struct can_device *d, const char *interface, in
     fflush(stdout);
 }
 
-/* Sends the queued frames. A frame that does not fit into the kernel's transmit queue is dropped,
- * as in a node's controller, because late frames are useless. */
+/* Sends the queued frames. A frame that the kernel's transmit queue cannot take is dropped, as in
+ * the controller of a real node, because late frames are useless. */
 static void flush(struct can_device *d) {
     for (int i = 0; i < d->out.count; i++) i += can_socket_send(&d->socket, d->out.frame + i, d->out.count - i);
     d->out.count = 0;
@@ -91,8 +91,8 @@ static void synchronise(struct can_device *d, const struct can_frame *sync, int6
     }
     flush(d);
     valves(d, command.valve);
-    /* SAFETY: can_node_output() is 0, which switches the supply off, unless a command for it is in
-     * force and the heartbeat is watched */
+    /* SAFETY: can_node_output() is 0, which switches the supply off, unless a command for the
+     * supply is in force and a heartbeat is watched and comes */
     command.supply = can_node_output(&d->node[CAN_IO - 1]) & OUTPUT_SUPPLY;
     device_live(d->device, &command, now_ns);
 }

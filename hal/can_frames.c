@@ -156,8 +156,8 @@ bool can_parse_heartbeat(const struct can_frame *frame, enum can_state *state) {
     return *state == CAN_BOOTUP || *state == CAN_STOPPED || *state == CAN_OPERATIONAL || *state == CAN_PREOPERATIONAL;
 }
 
-/* Parses an SDO frame whose specifier is `transfer` if the frame carries a value, and `bare` if it
- * carries none. The specifier's bits CS_UNUSED are the number of unused bytes, 0 to 3. */
+/* Parses an SDO frame. Its specifier is `transfer` if it carries a value, and `bare` if it carries
+ * none. The bits CS_UNUSED of the specifier are the number of unused bytes, 0 to 3. */
 static bool parse_sdo(const struct can_frame *frame, int transfer, int bare, struct can_sdo *sdo) {
     if (frame->len != 8) return false;
     int specifier = frame->data[0];

@@ -100,8 +100,8 @@ struct can_sdo {
     enum can_sdo_kind kind;
     uint16_t index;
     uint8_t sub;
-    int size;       /* number of bytes of the value in downloads and upload replies; 0: the transfer
-                     * does not indicate it */
+    int size;       /* number of bytes of the value in downloads and upload replies; 0: the frame
+                     * does not indicate the number */
     uint32_t value; /* the object's value, or the abort code */
 };
 
@@ -164,8 +164,8 @@ static inline int can_group(int node) { return (node - 1) / CAN_GROUP_NODES; }
 static inline int can_place(int node) { return (node - 1) % CAN_GROUP_NODES; }
 static inline unsigned can_rpdo_cob(int group) { return COB_RPDO + 1u + (unsigned)(CAN_GROUP_NODES * group); }
 
-/* Returns the largest number of bits that a frame with an 11-bit identifier and `data_bytes` bytes
- * of data takes on the bus: with worst-case bit stuffing and the interframe space. */
+/* Returns the largest number of bits on the bus of a frame with an 11-bit identifier and
+ * `data_bytes` bytes of data, with worst-case bit stuffing and the interframe space. */
 int can_frame_bits(int data_bytes);
 
 /* Returns the number of expected nodes: six, and node 7 if an input or output is wired. */

@@ -11,14 +11,14 @@
 #include "units.h"
 
 enum { REPLY_MS = 50, START_MS = 200, ASK_MS = 500, TRIES = 3, MISSED_HEARTBEATS = 3 };
-/* most frames for set-up in a cycle; with a heartbeat, three RPDOs and SYNC they make ten frames,
- * the default length of a CAN interface's transmit queue */
+/* REQUESTS: most set-up frames in a cycle. With a heartbeat, three RPDOs and SYNC they are ten
+ * frames, the default length of a CAN interface's transmit queue. */
 enum { REQUESTS = 5 };
-/* Leaky buckets that show a second device with a node's number. TWICE counts windows: a window with
- * a repeated TPDO adds two, a window without one subtracts one; a bus that repeats every fourth
- * frame does not fill the bucket, and a second device fills it in 50 windows. ODD counts excess
+/* Leaky buckets that reveal a second device with a node's number. TWICE counts windows: a window
+ * with a repeated TPDO adds two, a window without one subtracts one. A bus that repeats every
+ * fourth frame does not fill this bucket; a second device fills it in 50 windows. ODD counts excess
  * frames: a heartbeat adds 0.75, any other frame that a single device would not send adds 1, and
- * the bucket drains by one per heartbeat period, so that one device's heartbeats never fill it. */
+ * one is drained in each heartbeat period, so that the heartbeats of one device never fill it. */
 enum { TWICE_STEP = 2, TWICE_MAX = 100, ODD_MAX = 6 };
 static const double odd_heartbeat = 0.75, odd_frame = 1.0;
 #define PDO_OFF 0x80000000u
@@ -28,7 +28,7 @@ static uint32_t ms(double seconds) { return (uint32_t)lround(seconds * 1000.0); 
 enum { AXIS = 1, IO = 2, EVERY = AXIS | IO };
 
 /* One request of the set-up. If an upload returns another value than `value`, the node is another
- * device, has another mapping or has not stored the written values, and is not driven. */
+ * device, has another mapping, or has not stored what was written; it is then not driven. */
 struct step {
     unsigned of;
     enum can_sdo_kind kind;
@@ -123,8 +123,8 @@ static bool setup_step(const struct can_master *m, int node, int number, struct 
         /* SAFETY: on a communication error the outputs go to 0. */
         {IO, SDO_UPLOAD, 0x6206, 1, 1, 0xff, false},
         {IO, SDO_UPLOAD, 0x6207, 1, 1, 0, false},
-        {EVERY, SDO_DOWNLOAD, 0x2000, 1, 4, m->token, false}, /* written again, which fails if the
-                                                               * node now has another owner */
+        {EVERY, SDO_DOWNLOAD, 0x2000, 1, 4, m->token, false}, /* the claim again; it fails if the
+                                                               * node has another owner by now */
     };
     unsigned kind = node == CAN_IO ? IO : AXIS;
     for (unsigned i = 0; i < sizeof steps / sizeof *steps; i++) {
@@ -136,7 +136,7 @@ static bool setup_step(const struct can_master *m, int node, int number, struct 
 }
 
 /* Sends the request of a set-up step. Answers to earlier tries may come late, so up to TRIES
- * answers are expected. */
+ * answers may still be expected. */
 static void request(struct can_peer *p, const struct step *s, int node, struct can_queue *out) {
     can_queue_push(out, can_frame_sdo(node, &(struct can_sdo){s->kind, s->index, s->sub, s->size, s->value}));
     if (p->asked < TRIES) p->asked++;
@@ -152,8 +152,8 @@ void can_master_init(struct can_master *m, const struct params *params, uint32_t
 
 static int64_t beats_ns(const struct can_master *m, double beats) { return ns_from_seconds(beats * m->params->can.heartbeat_s); }
 
-/* Adds a heartbeat, or a frame that a single device would not have sent, to the node's leaky bucket
- * of excess frames. beats: amount added, in heartbeat periods. */
+/* Adds a heartbeat, or another frame that a single device would not send, to the node's leaky
+ * bucket of excess frames. beats: amount added, in heartbeat periods. */
 static void odd(const struct can_master *m, struct can_peer *p, double beats, int64_t time_ns) {
     int64_t most_ns = time_ns + beats_ns(m, 2 * ODD_MAX);
     if (p->odd_ns < time_ns) p->odd_ns = time_ns;
@@ -180,7 +180,8 @@ static void set_up(struct can_peer *p) {
     p->refusal = (struct can_refusal){0};
 }
 
-/* SAFETY: invalidates the node's readings, because they precede its loss, refusal or boot-up. */
+/* SAFETY: invalidates the node's readings, because they are older than its loss, refusal or
+ * boot-up. */
 static void forget(struct can_peer *p) { p->fresh = p->known = false; }
 
 static void lose(struct can_peer *p) {
@@ -202,8 +203,8 @@ static void heartbeat(struct can_master *m, struct can_peer *p, enum can_state s
     }
 }
 
-/* Handles an EMCY; returns false if it is malformed. A node that reports the loss of the daemon has
- * left operational, so it is set up at once, not after its next heartbeat. */
+/* Handles an EMCY; returns false if the frame is malformed. A node that reports the loss of the
+ * daemon has left operational, so it is set up now, not only after its next heartbeat. */
 static bool emergency(struct can_peer *p, const struct can_frame *f) {
     uint16_t code;
     uint8_t error_register;
@@ -211,7 +212,8 @@ static bool emergency(struct can_peer *p, const struct can_frame *f) {
     if (code == EMCY_HEARTBEAT || code == EMCY_RPDO_TIMEOUT) set_up(p);
     /* SAFETY: an EMCY for a missing reading must not hide another active error */
     if (code == EMCY_SENSOR && p->emcy) return true;
-    /* code 0 with a non-zero error register: another error is active, and the code stays */
+    /* code 0 with a non-zero error register means that another error is still active, so its code
+     * stays */
     if (code || !error_register) p->emcy = code;
     return true;
 }
@@ -228,8 +230,8 @@ static bool as_it_must_be(const struct step *asked, const struct can_sdo *reply)
 }
 
 /* Handles an SDO reply. A reply without a request counts as an excess frame. Any reply of a lost
- * node starts its set-up. The expected reply leads to the next step, an abort or another value to a
- * refusal; replies for another object are ignored. */
+ * node starts its set-up. During set-up the expected reply leads to the next step, an abort or an
+ * unexpected value to a refusal; a reply for another object is ignored. */
 static void sdo_reply(struct can_master *m, struct can_peer *p, int node, const struct can_sdo *reply, int64_t time_ns) {
     struct step asked;
     if (p->asked) p->asked--;
@@ -300,7 +302,8 @@ static bool same(const struct can_tpdo *a, const struct can_tpdo *b) {
 }
 
 /* SAFETY: handles a TPDO; returns false if its length is wrong. A TPDO of a wrong length, or one
- * that differs from an earlier one of this window, comes from a second device or another cycle. */
+ * that differs from an earlier TPDO of this window, comes from a second device or belongs to
+ * another cycle. */
 static bool tpdo(struct can_master *m, struct can_peer *p, const struct can_frame *f) {
     struct can_tpdo value;
     bool known = can_parse_tpdo(f, &value);
@@ -357,9 +360,9 @@ void can_master_receive(struct can_master *m, const struct can_frame *f, bool ow
     }
 }
 
-/* Sends the set-up step's request, or repeats it after the time-out; after the last step it starts
- * the node. SAFETY: before the first step the node is sent to pre-operational, where its valve is
- * centred. */
+/* Sends the request of the current set-up step, or repeats it after the time-out. After the last
+ * step, starts the node. SAFETY: before the first step the node is sent to pre-operational, where
+ * its valve is centred. */
 static void drive_setup(struct can_master *m, struct can_peer *p, int node, int64_t now_ns, struct can_queue *out) {
     struct step step;
     if (now_ns < p->deadline_ns || out->count >= REQUESTS) return;
@@ -467,14 +470,15 @@ void can_master_command(struct can_master *m, const struct hal_command *command,
     give(m, command->enable ? command->valve : centre, out);
 }
 
-/* SAFETY: pending changes of the supply output are dropped. The output keeps its level, and
- * without changes, which are the life sign, the machine switches the supply off. */
+/* SAFETY: pending changes of the supply output are dropped, and the output keeps its level. Its
+ * changes are the life sign; without them the machine switches the supply off. */
 void can_master_safe(struct can_master *m, struct can_queue *out) {
     m->due = false;
     give(m, centre, out);
 }
 
-/* Takes over the window's sample if it is complete and no pause (a cycle without SYNC) is due. */
+/* Takes over the window's sample if the sample is complete and no pause (a cycle without SYNC) is
+ * due. */
 static void latch(struct can_master *m) {
     if (m->syncs == m->latched_sync) return;
     if (!whole(m)) miss(m);
@@ -486,8 +490,8 @@ static void latch(struct can_master *m) {
     m->delivered = false;
 }
 
-/* SAFETY: an unknown input counts as open. An input also counts as open if any frame since the last
- * sample shows it open, even in an incomplete window. */
+/* SAFETY: an unknown input counts as open; so does an input that any frame since the last sample
+ * shows open, even in an incomplete window. */
 static void convert_inputs(const struct can_master *m, struct hal_sample *s) {
     const struct can_peer *io = &m->peer[CAN_IO - 1];
     const struct interlock_params *interlocks = &m->params->interlocks;
@@ -513,8 +517,8 @@ static void convert(const struct can_master *m, struct hal_sample *s) {
     }
     for (int i = 0; i < m->nodes; i++) {
         uint16_t emcy = m->peer[i].emcy;
-        bool told = emcy == EMCY_SENSOR && missing[i]; /* the missing reading itself already shows
-                                                        * the sensor's error */
+        bool told = emcy == EMCY_SENSOR && missing[i]; /* the missing reading itself shows this
+                                                        * error */
         if (m->peer[i].phase != CAN_RUNNING || (emcy && !told)) s->flags |= SAMPLE_INVALID;
     }
     convert_inputs(m, s);

@@ -82,25 +82,27 @@ static inline bool can_refused_by_owner(const struct can_refusal *r) {
 
 struct can_peer {
     enum can_phase phase;
-    int step, tries;           /* current step of the set-up, and how often its request was sent */
-    int64_t deadline_ns;       /* time at which the node is asked or set up again, unless it has
-                                * answered by then */
-    bool halted;       /* the node has been told to enter pre-operational, where it can be set up */
-    bool claimed;        /* the node belongs to this master, or has no object 0x2000, so nobody can
-                          * own it */
+    int step, tries;           /* number of the current set-up step, and how often its request was
+                                * sent */
+    int64_t deadline_ns;       /* time from which the node is asked or set up again if it has not
+                                * answered */
+    bool halted;       /* the node was told to enter pre-operational, in which it can be set up */
+    bool claimed;        /* the node belongs to this master, or has no object 0x2000 and can have no
+                          * owner */
     struct can_refusal refusal;/* the node's refusal; valid in phase CAN_REFUSED */
     int64_t heard_ns;          /* arrival time of the node's last well-formed frame */
     uint16_t emcy;             /* code of the node's active error; 0: none */
     struct can_tpdo tpdo;
     bool fresh;                /* a TPDO has come in this window */
     bool again;                /* more than one TPDO came in this window */
-    bool contradicts;          /* since the last sample, two TPDOs of one SYNC differed or one's
-                                * length was wrong */
+    bool contradicts;          /* since the last sample, two TPDOs of one window differed, or a TPDO
+                                * had a wrong length */
     int twice;                /* level of a leaky bucket that counts windows with a repeated TPDO */
-    int asked;                 /* number of SDO requests whose answers may still come */
-    int64_t odd_ns;         /* time at which a leaky bucket will be empty: of heartbeats, and of
-                             * frames that a single device would not send */
-    bool known;   /* the node was not lost, refused or rebooted since the last complete sample */
+    int asked;                 /* number of SDO requests that may still be answered */
+    int64_t odd_ns;         /* time at which the node's leaky bucket of excess frames (ODD_MAX in
+                             * can_master.c) will be empty */
+    bool known;   /* the node was neither lost nor refused nor rebooted since the last complete
+                   * sample */
 };
 
 #define FOREIGN_HEARD 0x800u
@@ -111,64 +113,67 @@ struct can_master {
     uint32_t token;            /* token with which this master claims nodes */
     struct can_peer peer[CAN_NODES];
     enum can_bus bus;
-    unsigned foreign;          /* identifier of another master's first frame since the last
-                                * sample, with FOREIGN_HEARD; 0: none */
+    unsigned foreign;          /* identifier of the first frame of another master since the last
+                                * sample, or'ed with FOREIGN_HEARD; 0: none */
     int64_t heartbeat_due_ns;
     uint64_t syncs;            /* number of own SYNCs that the bus has carried */
     int unechoed;             /* number of SYNCs sent since the last echo of a SYNC */
-    int64_t sync_ns, gap_ns;   /* time of the last SYNC's echo, and time from the previous echo to
-                                * it */
+    int64_t sync_ns, gap_ns;   /* time of the last SYNC's echo; time from the echo before to that
+                                * one */
     bool doubt;                /* a TPDO of an older window may still arrive */
-    enum can_pause pause;      /* this window has no pause, is due to have one, or has had one */
+    enum can_pause pause;      /* this window needs no pause, will have one, or has had one */
     bool punctual;             /* all TPDOs of this window had arrived when its pause began */
     bool centred;              /* the last command centred the valves */
-    bool given, due, level;    /* supply output: level last requested by the loop, whether a
-                                * change of it is still unsent, level last sent */
+    bool given, due, level;    /* supply output. given: level that the loop requested last. due: the
+                                * loop has changed the level since the last sent command. level:
+                                * level that was sent last */
     struct can_tpdo latched[CAN_NODES]; /* TPDOs of the last complete sample */
-    uint64_t latched_sync;     /* number of the SYNC of that sample; 0: none yet */
+    uint64_t latched_sync;     /* number of the SYNC that latched this sample; 0: none yet */
     int64_t latched_ns, latched_gap_ns;
     bool delivered;            /* the last complete sample has been returned */
-    uint32_t closed;           /* inputs that are closed according to all TPDOs since the last
-                                * returned sample */
+    uint32_t closed;           /* inputs that all TPDOs since the last returned sample show as
+                                * closed */
     int64_t now_ns;            /* time of the last call of can_master_poll() */
-    /* Numbers of events, which only tests read: windows without all TPDOs, repeated TPDOs, TPDOs
-     * that are malformed or precede the first SYNC, error frames, and boot-ups of nodes. */
+    /* Counts of events, for tests only: windows without all TPDOs, repeated TPDOs, TPDOs that are
+     * malformed or precede the first SYNC, error frames, boot-ups of nodes. */
     uint64_t lost, twice, stray, errors, boots;
 };
 
 /* Initialises the master. token: unique to this session, not 0. */
 void can_master_init(struct can_master *m, const struct params *params, uint32_t token);
 
-/* Handles a frame from the bus, including error frames. own: it is the echo of a frame of this
- * master. time_ns: its time of receipt on the clock of can_master_poll(). */
+/* Handles a frame from the bus, also an error frame. own: the frame is the echo of one that this
+ * master has sent. time_ns: time of receipt, on the clock of can_master_poll(). */
 void can_master_receive(struct can_master *m, const struct can_frame *frame, bool own, int64_t time_ns);
 
-/* Checks time-outs; sends the heartbeat if it is due and `alive`, and the set-up's SDO requests and
- * NMT commands. To be called every cycle after the received frames. now_ns: any steady clock. */
+/* Checks time-outs. Sends the heartbeat if it is due and `alive` is set, and the SDO requests and
+ * NMT commands of the set-up. To be called in every cycle after the received frames. now_ns: any
+ * steady clock. */
 void can_master_poll(struct can_master *m, int64_t now_ns, bool alive, struct can_queue *out);
 
 /* True if all nodes are running and the controller is not in bus-off, so that a command can be
  * written. */
 bool can_master_ready(const struct can_master *m);
 
-/* True if all nodes are claimed; from then on the heartbeat keeps the claims. SAFETY: bring-up
- * sends no heartbeat before that, because it would keep another master's claims alive. */
+/* True if all nodes are claimed; the heartbeat then keeps the claims. SAFETY: bring-up sends no
+ * heartbeat before all nodes are claimed, because a heartbeat would keep another master's claims
+ * alive. */
 bool can_master_claimed(const struct can_master *m);
 
-/* True if a node differs from the configuration or refuses its set-up, so waiting does not help. A
- * refusal because of another owner does not count. */
+/* True if a node has another identity or mapping than expected, or refuses its set-up, so that
+ * waiting does not help. A refusal because the node has another owner does not count. */
 bool can_master_misfit(const struct can_master *m);
 
 /* Returns the first node, 1 to 7, with a full leaky bucket, which means that two devices answer for
  * it; 0 if there is none. */
 int can_master_twin(const struct can_master *m);
 
-/* Tells the master that the socket was replaced: it no longer waits for echoes of frames sent on
- * the old socket, and takes the bus as good. */
+/* Tells the master that the socket was replaced. The master then no longer waits for echoes of
+ * frames sent on the old socket, and takes the bus as good. */
 void can_master_new_bus(struct can_master *m);
 
-/* Sends commands for six legs, the supply output, then SYNC, whose echo opens the next sample's
- * window. In a pause it sends nothing, except the first command that centres the valves. */
+/* Sends the commands for six legs and for the supply output, then SYNC, whose echo opens the next
+ * sample's window. In a pause nothing is sent, except the first command that centres the valves. */
 void can_master_command(struct can_master *m, const struct hal_command *command, struct can_queue *out);
 
 /* Sends frames that centre the valves and leave the supply output unchanged. */
@@ -178,13 +183,13 @@ void can_master_safe(struct can_master *m, struct can_queue *out);
  * releases the nodes that this master has claimed. */
 void can_master_leave(const struct can_master *m, struct can_queue *out);
 
-/* Writes the last complete sample to *sample, marked stale if it was returned before. To be called
- * once a cycle, after can_master_poll(). The sample's time_ns is on the clock of
- * can_master_receive(); the caller sets age_ns. */
+/* Writes the last complete sample to *sample; a sample that was returned before is marked stale. To
+ * be called once a cycle, after can_master_poll(). time_ns is on the clock of can_master_receive();
+ * the caller sets age_ns. */
 void can_master_sample(struct can_master *m, struct hal_sample *sample);
 
-/* Current problems of the bus, packed in two words that fit atomic variables; both are 0 if there
- * is none. can_condition.c. */
+/* Current problems of the bus, packed in two words for atomic variables; both words are 0 if there
+ * is none. Functions in can_condition.c. */
 struct can_condition {
     uint64_t state;   /* bus, phases, EMCY, another master's frame, twin; bit 63 is free for the
                        * caller */
@@ -196,8 +201,8 @@ struct can_condition can_master_condition(const struct can_master *m);
  * 0x06090031, value too high"; "" without a problem. */
 void can_condition_describe(struct can_condition condition, const struct params *params, char *text, size_t size);
 
-/* Returns the configured value of an identity object of a node; -1: any value is accepted. *key
- * returns the configuration key; NULL if the object is not part of the identity. */
+/* Returns the configured value of a node's identity object; -1: any value is accepted. Sets *key to
+ * the configuration key, or to NULL if the object is not part of the identity. */
 double can_identity(const struct params *params, int node, uint16_t index, uint8_t sub, const char **key);
 
 #endif

@@ -41,7 +41,7 @@ struct can_consumer can_consumer_of(uint32_t value) {
 
 static struct can_consumer consumer(const struct can_node *n, int i) { return can_consumer_of(can_node_get(n, 0x1016, (uint8_t)(i + 1))); }
 
-/* SAFETY: true if at least one master is watched, and the heartbeat of each watched master has
+/* SAFETY: true if at least one master is watched, and the heartbeats of all watched masters
  * come. */
 static bool watched(const struct can_node *n) {
     bool any = false;
@@ -202,9 +202,9 @@ bool can_node_synced_by(const struct can_node *n, const struct can_frame *f) {
     return f->can_id == (can_node_get(n, 0x1005, 0) & CAN_SFF_MASK);
 }
 
-/* Counts a SYNC. Returns true if the TPDO is due, and records it as sent. With transmission type 0
- * it is due if a reading has changed, with type n (1 to 240) at every n-th SYNC, and never while
- * the TPDO is switched off. */
+/* Counts a SYNC. Returns true if a TPDO is due, and then records it as sent. With transmission type
+ * 0 a TPDO is due if a reading has changed, with type n (1 to 240) at every n-th SYNC; it is never
+ * due while the TPDO is switched off. */
 static bool tpdo_due(struct can_node *n, const struct can_frame *t) {
     uint32_t type = can_node_get(n, 0x1800, 2);
     bool changed = !n->has_sent || memcmp(t->data, n->sent.data, t->len) != 0;
@@ -251,8 +251,8 @@ void can_node_sync(struct can_node *n, const struct can_frame *sync, const struc
 
 static bool expired(int64_t heard_ns, int64_t now_ns, uint32_t limit_ms) { return now_ns - heard_ns > limit_ms * NS_PER_MS; }
 
-/* SAFETY: an owner whose heartbeat is late, or never came, loses the node, so that motion which it
- * started does not continue without an owner. */
+/* SAFETY: an owner whose heartbeat is late, or never came, loses the node, so that a motion that
+ * the owner started does not go on without an owner. */
 static void watch_owner(struct can_node *n, int64_t now_ns, struct can_queue *out) {
     if (!n->owner.token || !expired(n->owner.heard_ns, now_ns, n->owner.limit_ms)) return;
     n->owner = (struct can_owner){0};

@@ -25,8 +25,8 @@
 
 enum { CAN_QUEUE = 64 };
 
-/* Frames to be sent, in order. If the queue is full, more frames are dropped and counted, as in a
- * controller. */
+/* Frames to be sent, in order. If the queue is full, further frames are dropped and counted, as in
+ * a controller. */
 struct can_queue {
     struct can_frame frame[CAN_QUEUE];
     int count, dropped;
@@ -49,7 +49,8 @@ enum can_error {
 struct can_owner {
     uint32_t token;         /* token of the owner; 0: there is none */
     uint32_t limit_ms;      /* ownership ends after this time without the owner's heartbeat */
-    int64_t heard_ns;       /* time of the owner's last heartbeat, or of its claim */
+    int64_t heard_ns;       /* time of the owner's last heartbeat, or of its claim if that is
+                             * later */
 };
 
 struct can_node {
@@ -64,15 +65,16 @@ struct can_node {
     int64_t heartbeat_due_ns;
     int64_t heard_ns[CAN_CONSUMERS]; /* arrival of the last heartbeat from each watched master; 0:
                                       * none yet */
-    int64_t rpdo_ns, in_force_ns;    /* arrival times of the last RPDO, and of the one in force */
+    int64_t rpdo_ns, in_force_ns;    /* arrival time of the last RPDO, and of the RPDO whose command
+                                      * is in force */
     uint32_t syncs;         /* number of SYNCs since the last TPDO */
     struct can_frame sent;  /* the last TPDO */
     bool has_sent;          /* a TPDO was sent since the node became operational */
     struct can_owner owner;
 };
 
-/* Switches a node on: it gets default values, has no owner, sends its boot-up and is
- * pre-operational. The id, 1 to 7, determines its kind. */
+/* Switches a node on: sets default values, clears the owner, sends the boot-up and enters
+ * pre-operational. The id, 1 to 7, determines the node's kind. */
 void can_node_init(struct can_node *n, int id, int64_t now_ns, struct can_queue *out);
 
 /* Handles any frame except SYNC. */
@@ -90,8 +92,9 @@ void can_node_tick(struct can_node *n, int64_t now_ns, struct can_queue *out);
 /* Returns the output in force; 0 unless all conditions at the top of this file are met. */
 int16_t can_node_output(const struct can_node *n);
 
-/* Functions for the SDO server (can_server.h): they read and write objects, which must exist,
- * decode an entry of 0x1016, and clear errors (1u << enum can_error). */
+/* Functions for the SDO server (can_server.h). can_node_get() and can_node_set() read and write
+ * objects, which must exist; can_consumer_of() decodes an entry of 0x1016; can_node_clear() clears
+ * errors (1u << enum can_error). */
 uint32_t can_node_get(const struct can_node *n, uint16_t index, uint8_t sub);
 void can_node_set(struct can_node *n, uint16_t index, uint8_t sub, uint32_t value);
 struct can_consumer {

@@ -101,8 +101,7 @@ static const struct can_object io[] = {
 enum { AXIS_OBJECTS = sizeof axis / sizeof *axis, IO_OBJECTS = sizeof io / sizeof *io };
 _Static_assert((int)AXIS_OBJECTS <= (int)CAN_OBJECTS_MAX && (int)IO_OBJECTS <= (int)CAN_OBJECTS_MAX, "raise CAN_OBJECTS_MAX");
 
-/* CiA 401 has no object for the value in force, so 0x6200 itself contains that value after the
- * SYNC. */
+/* CiA 401 has no object for the value in force, so 0x6200 itself has that value after the SYNC. */
 const struct can_dictionary can_axis = {.object = axis, .count = AXIS_OBJECTS, .command = MAP_VALVE, .actual = 0x6301};
 const struct can_dictionary can_io = {.object = io, .count = IO_OBJECTS, .command = MAP_OUTPUTS, .actual = 0x6200};
 

@@ -1,6 +1,6 @@
-/* Object dictionaries of the nodes: all objects and the values they accept. Pure tables and
- * rules, no state. config/hexid_node.eds and config/hexid_io.eds describe the same for makers of
- * nodes; tests/test_can_files.c compares them. */
+/* Object dictionaries of the nodes: all objects and the values that they accept. Pure tables and
+ * rules, no state. config/hexid_node.eds and config/hexid_io.eds describe the same objects for
+ * makers of nodes; tests/test_can_files.c compares the two. */
 #ifndef HEXID_CAN_OBJECTS_H
 #define HEXID_CAN_OBJECTS_H
 
@@ -9,12 +9,12 @@
 enum {
     CAN_OBJECTS_MAX = 56,       /* number of objects in the largest dictionary */
     CAN_HISTORY = 8,            /* number of errors kept in 0x1003 */
-    CAN_CONSUMERS = 2,          /* number of heartbeats that 0x1016 can watch */
+    CAN_CONSUMERS = 2,          /* number of masters whose heartbeats 0x1016 can watch */
     CAN_WATCHDOG_MAX_MS = 1000, /* SAFETY: largest watchdog time in 0x1400:5; the smallest is 1 ms,
                                  * so that the watchdog cannot be switched off */
 };
 
-/* Access to an object; CAN_RWW: an RPDO writes it, and SDO reads it. */
+/* Access to an object. CAN_RWW: an RPDO writes the object, and SDO only reads it. */
 enum can_access { CAN_CONST, CAN_RO, CAN_RW, CAN_WO, CAN_RWW };
 
 struct can_object {
@@ -47,10 +47,10 @@ int can_object_find(const struct can_dictionary *d, uint16_t index, uint8_t sub)
  * Returns true for that value. */
 bool can_object_lacks(const struct can_object *o, uint32_t value);
 
-/* Checks a download against the object's size, range and other rules that do not depend on the
- * node's state. Returns the abort code, or 0 if they permit the value; can_server.c then checks the
- * state, and refuses objects with CAN_RWW. size: number of bytes that the client indicates; 0: it
- * indicates none. */
+/* Checks a download against the object's size and range and against other rules that do not depend
+ * on the node's state. Returns the abort code, or 0 if the value is permitted; can_server.c then
+ * checks the state, and refuses objects with CAN_RWW. size: number of bytes that the client
+ * indicates; 0: not indicated. */
 uint32_t can_object_refuses(const struct can_dictionary *d, const struct can_object *o, int size, uint32_t value);
 
 /* Return index, sub-index and size in bytes of a mapping entry. */

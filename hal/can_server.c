@@ -1,6 +1,7 @@
 #include "can_server.h"
 
-/* time after which an owner without a heartbeat loses the node, if 0x1016:1 sets none */
+/* OWNER_MS: time after which an owner without a heartbeat loses the node, if 0x1016:1 sets no
+ * time */
 enum { OWNER_MS = 150 };
 #define PDO_OFF 0x80000000u
 
@@ -41,8 +42,8 @@ static uint32_t refuse_consumer(const struct can_node *n, uint8_t sub, uint32_t 
     return 0;
 }
 
-/* SAFETY: one master. Refuses a claim (sub 1) with another token while the node has an owner, and a
- * release (sub 2) with any token but the owner's. */
+/* SAFETY: one master. Refuses a claim (sub 1) while the node has another owner, and a release (sub
+ * 2) with any token but the owner's. A token of 0 is refused, too. */
 static uint32_t refuse_owner(const struct can_node *n, uint8_t sub, uint32_t token) {
     if (token == 0) return SDO_VALUE;
     bool owners = token == n->owner.token;
@@ -51,8 +52,8 @@ static uint32_t refuse_owner(const struct can_node *n, uint8_t sub, uint32_t tok
 
 /* Returns the abort code; 0 if the node accepts the value in its current state. */
 static uint32_t refuse_now(const struct can_node *n, const struct can_object *o, uint32_t value) {
-    /* SAFETY: in operational no write can weaken a watchdog or redirect a command; and only
-     * RPDOs move an output, under the watchdogs. */
+    /* SAFETY: in operational no SDO write can weaken a watchdog or redirect a command; and only
+     * RPDOs, which the watchdogs supervise, move an output. */
     if ((n->state == CAN_OPERATIONAL && o->index != 0x1003) || o->access == CAN_RWW) return SDO_DENIED;
     switch (o->index) {
     case 0x1005: return taken(n, o->index, value & CAN_SFF_MASK) ? SDO_VALUE : 0;
@@ -81,7 +82,7 @@ static void own(struct can_node *n, uint32_t token, int64_t now_ns) {
     can_node_set(n, 0x2000, 3, 1);
 }
 
-/* Ends the ownership on the owner's request, so that the owner's silence is no longer an error. */
+/* Ends the ownership on the owner's request; the owner's silence is then no error. */
 static void disown(struct can_node *n) {
     n->owner = (struct can_owner){0};
     n->heard_ns[0] = 0;
@@ -133,7 +134,8 @@ static uint32_t serve(struct can_node *n, const struct can_sdo *request, struct 
 
 void can_server_receive(struct can_node *n, const struct can_frame *f, int64_t now_ns, struct can_queue *out) {
     struct can_sdo request = {0}, reply;
-    struct can_queue first = {0}; /* frames caused by the request; they are sent after its answer */
+    struct can_queue first = {0}; /* frames that the request causes; they are sent after its
+                                   * answer */
     enum { SEGMENT_DOWNLOAD = 0, SEGMENT_UPLOAD = 3, ABORT = 4 };
     int specifier = f->data[0] >> 5;
     if (f->len != 8 || specifier == ABORT) return;

@@ -28,7 +28,7 @@ int64_t can_came_ns(int64_t now_ns, int64_t age_ns, int64_t before_ns) {
     return came_ns > before_ns ? came_ns : before_ns;
 }
 
-/* State of an interface, asked with an ordinary socket, so that a missing interface is reported
+/* State of an interface. An ordinary socket asks for it, so that a missing interface is reported
  * even if the kernel has no CAN. */
 struct interface {
     int index; /* 0: none */

@@ -6,7 +6,7 @@
 
 struct channel_params;
 
-/* Raw value for a missing reading or command: the most negative value of the width. It decodes to
+/* Raw value for a missing reading or command: the most negative value of the width; it decodes to
  * NAN. */
 #define CHANNEL_NONE_16 INT16_MIN
 #define CHANNEL_NONE_32 INT32_MIN
@@ -15,8 +15,8 @@ struct channel_params;
  * implausible. */
 double channel_si(const struct channel_params *c, int leg, double raw);
 
-/* Returns the raw value that is nearest to si and at most `limit` in magnitude; -limit-1 (none) if
- * si is NAN. The receiver checks plausibility. */
+/* Returns the raw value nearest to si, at most `limit` in magnitude; -limit-1 (none) if si is NAN.
+ * Plausibility is checked only by the receiver. */
 int32_t channel_raw(const struct channel_params *c, int leg, double si, int32_t limit);
 
 /* Convert raw values of 16 and 32 bit from the bus to numbers; NAN for a missing reading. */

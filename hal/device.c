@@ -8,7 +8,8 @@
 #include "plant.h"
 #include "units.h"
 
-/* Longest time without a call that is simulated at the next call; longer times are skipped. */
+/* CATCH_UP_NS: longest time without a call that is simulated afterwards; a longer time is
+ * skipped */
 enum { CATCH_UP_NS = NS_PER_S / 10 };
 
 struct device {
@@ -75,8 +76,8 @@ bool device_latch(struct device *d, int64_t now_ns, struct hal_sample *sample) {
 void device_valves(struct device *d, const double valve[LEGS]) { memcpy(d->valve, valve, sizeof d->valve); }
 
 void device_live(struct device *d, const struct hal_command *command, int64_t now_ns) {
-    static const int64_t share = 16; /* each command shifts the grid by 1/share of the time between
-                                      * the command and the grid */
+    static const int64_t share = 16; /* each command shifts the grid by 1/share of its distance from
+                                      * the grid */
     live_on(d, now_ns);
     device_valves(d, command->valve);
     plant_life_sign(d->plant, command->supply);

@@ -1,11 +1,10 @@
-/* The device side that `hexid plant` serves on either bus: the simulated machine with sensors,
- * valves and a watchdog.
- *
+/* The device that `hexid plant` serves on either bus: the simulated machine with sensors, valves
+ * and a watchdog.
  * Time: the simulated machine follows the clock in whole periods of the loop, on a grid that
  * follows the commands. A command that is less than half a period early or late counts as on time,
- * so that the results do not contain the host's jitter. A missing command does not stop the
- * machine, and a second command in a period does not advance it. All times are CLOCK_MONOTONIC and
- * must not decrease. */
+ * so that jitter of the host does not show in the results. The machine goes on if a command is
+ * missing, and a second command in one period does not advance it. All times are CLOCK_MONOTONIC
+ * and must not decrease. */
 #ifndef HEXID_DEVICE_H
 #define HEXID_DEVICE_H
 
@@ -22,23 +21,23 @@ struct device;
 struct device *device_create(const struct params *params, uint64_t seed, struct error *error);
 void device_destroy(struct device *d);
 
-/* Latches lengths, pressures and inputs of the period nearest to now; fills arrays and inputs of
- * the sample. Returns false, with the previous readings, if device_live() has already simulated
- * this period: either this request is a repetition, or the previous request came late. */
+/* Latches lengths, pressures and inputs of the period nearest to now, and fills in the arrays and
+ * the inputs of the sample. If device_live() has already simulated this period, returns false, with
+ * the previous readings: either this request is a repetition, or the previous one came late. */
 bool device_latch(struct device *d, int64_t now_ns, struct hal_sample *sample);
 
 /* Applies a command (supply output and valves; `enable` is ignored) from the period nearest to now
- * on, and simulates that period, so that the next latch finds its readings ready. After a
- * device_latch() that returned false, it acts from the next period on. */
+ * on, and simulates that period, so that its readings are ready for the next latch. After a
+ * device_latch() that returned false, the command acts from the next period on. */
 void device_live(struct device *d, const struct hal_command *command, int64_t now_ns);
 
-/* Sets the valves, -1..1, without restarting the watchdog. Buses call it for valves that they or
- * their nodes have centred. */
+/* Sets the valves, -1..1, without restarting the watchdog; for valves that a bus or its nodes have
+ * centred. */
 void device_valves(struct device *d, const double valve[LEGS]);
 
-/* SAFETY: call at least every millisecond. Without a call of device_live() the valves keep their
- * last openings, and the watchdog centres them after its time; returns true while they are centred
- * for that reason. */
+/* SAFETY: advances the machine; to be called at least every millisecond. Without a call of
+ * device_live() the valves keep their openings until the watchdog's time is over, and are then
+ * centred. Returns true while the watchdog keeps them centred. */
 bool device_tick(struct device *d, int64_t now_ns);
 
 /* Sets the watchdog's time, which at first is params->device.watchdog_s; the new time applies from

@@ -36,14 +36,15 @@ struct fault;
 
 struct wrapper {
     struct hal hal;
-    struct hal_ops ops; /* hal_fault's calls, with `simulated` and `reopens` of the inner
+    struct hal_ops ops; /* calls of hal_fault; `simulated` and `reopens` are those of the inner
                          * back-end */
     struct hal *inner;
     const struct params *params;
     int64_t period_ns, now_ns;
-    struct hal_sample history[HISTORY]; /* healthy samples; the newest at (reads - 1) % HISTORY */
+    struct hal_sample history[HISTORY]; /* samples of the inner back-end; the newest is at index
+                                         * (reads - 1) % HISTORY */
     int64_t reads;
-    struct hal_command written; /* last command of the loop, before faults of valves are applied */
+    struct hal_command written; /* last command of the loop, as it was before faults of valves */
     int count;
     struct fault {
         const struct kind *kind;
@@ -69,7 +70,7 @@ static double uniform(struct fault *f) {
 }
 static bool chance(struct fault *f, double percent) { return 0.5 + 0.5 * uniform(f) < percent / 100.0; }
 
-/* Returns the healthy sample of `reads` reads ago, or the oldest in the history. */
+/* Returns the inner back-end's sample of this number of reads ago, or the oldest in the history. */
 static const struct hal_sample *ago(const struct wrapper *w, int64_t reads) {
     int64_t kept = w->reads < HISTORY ? w->reads : HISTORY, back = reads < kept ? reads : kept - 1;
     return &w->history[(w->reads - 1 - back) % HISTORY];
@@ -94,7 +95,7 @@ static void passed_off(struct hal_sample *s, const struct hal_sample *older) {
 static void stale(struct wrapper *w, struct fault *f, struct hal_sample *s) { (void)w, instead(s, &f->before, SAMPLE_STALE); }
 static void hang(struct wrapper *w, struct fault *f, struct hal_sample *s) { (void)w, passed_off(s, &f->before); }
 
-/* Marks the sample as if the back-end had noticed two devices that answer as one. */
+/* Marks the sample as if the back-end had found two devices that answer as one. */
 static void twin(struct wrapper *w, struct fault *f, struct hal_sample *s) {
     (void)w;
     s->flags |= SAMPLE_TWIN;
@@ -337,7 +338,7 @@ static int fault_open(struct hal **hal, const char *address, const struct params
     return STATUS_OK;
 }
 
-/* Passes the inputs through the device's byte with its stuck bits, and reads them back. */
+/* Encodes the inputs as the device's byte, sets or clears its stuck bits, and decodes it again. */
 static void rewire(const struct wrapper *w, const struct fault *f, struct hal_sample *s) {
     uint32_t bits = f->kind->wire(interlock_bits(&w->params->interlocks, s->inputs), (uint32_t)fmax(0.0, fmin(f->value, 255.0)));
     struct interlock_reading read = interlock_read(&w->params->interlocks, bits);

@@ -1,6 +1,6 @@
-/* Passes the newest value from one thread to another; neither ever waits, and no older value comes
- * after a newer one. The user has three slots, T slot[LATEST_SLOTS]; this struct records which
- * thread has which slot. One producer, one consumer; RT, signal-safe. */
+/* Passes the newest value from one thread to another. Neither thread ever waits, and no older value
+ * follows a newer one. The user has three slots, T slot[LATEST_SLOTS]; this struct records which
+ * thread uses which slot. One producer, one consumer; RT, signal-safe. */
 #ifndef HEXID_LATEST_H
 #define HEXID_LATEST_H
 
@@ -10,7 +10,7 @@
 enum { LATEST_SLOTS = 3, LATEST_NEW = 4 };
 
 struct latest {
-    unsigned back, front;     /* slots of producer and consumer */
+    unsigned back, front;     /* slot of the producer; slot of the consumer */
     _Atomic unsigned between; /* third slot; bit LATEST_NEW is set until the consumer takes it */
 };
 
@@ -19,8 +19,8 @@ static inline void latest_init(struct latest *l) {
     atomic_init(&l->between, 2);
 }
 
-/* Called by the producer after it has filled slot[l->back]: that value becomes the newest; a value
- * that was not taken is dropped. */
+/* Called by the producer after it has filled slot[l->back], whose value becomes the newest. A value
+ * that the consumer has not taken is dropped. */
 static inline void latest_publish(struct latest *l) {
     l->back = atomic_exchange_explicit(&l->between, l->back | LATEST_NEW, memory_order_acq_rel) & ~(unsigned)LATEST_NEW;
 }

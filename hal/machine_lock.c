@@ -24,8 +24,8 @@ static int add(struct machine_lock *l, const char *url, const struct host_lock_k
     return STATUS_OK;
 }
 
-/* Locks a serial line by its device number, which is the same for symbolic links to the line and
- * for other device nodes of it. */
+/* Locks a serial line by its device number, which symbolic links and other device nodes of the line
+ * share. */
 static int lock_serial(struct machine_lock *l, const char *url, const struct modbus_address_parts *p, struct error *error) {
     struct host_lock_key key;
     struct stat s;
@@ -36,8 +36,8 @@ static int lock_serial(struct machine_lock *l, const char *url, const struct mod
     return add(l, url, &key, error);
 }
 
-/* Locks a CAN interface by its name in the kernel, which is the same for all altnames, and after
- * the interface was created again. */
+/* Locks a CAN interface by its name in the kernel, which all altnames share, and which stays the
+ * same when the interface is created again. */
 static int lock_can(struct machine_lock *l, const char *url, const char *interface, struct error *error) {
     struct host_lock_key key = {0};
     char name[IF_NAMESIZE];
@@ -47,8 +47,8 @@ static int lock_can(struct machine_lock *l, const char *url, const char *interfa
     return add(l, url, &key, error);
 }
 
-/* True if an address belongs to this host: a datagram socket connected to an address of this host
- * gets the same address as its own. Nothing is sent. */
+/* True if an address belongs to this host: a datagram socket that is connected to an own address
+ * has that same address as its local one. Nothing is sent. */
 static bool is_own(const struct sockaddr *to, socklen_t length) {
     struct sockaddr_storage own = {0};
     socklen_t size = sizeof own;

@@ -325,8 +325,8 @@ static void *modbus_thread(void *argument) {
     return NULL;
 }
 
-/* SAFETY: the thread blocks all signals, so that a signal to end reaches a thread that parks the
- * platform first. */
+/* SAFETY: the Modbus thread blocks all signals, so that a signal that ends the run reaches the
+ * thread that parks the platform first. */
 static int start_thread(struct modbus_hal *m, struct error *error) {
     sigset_t all, before;
     sigfillset(&all);

@@ -1,5 +1,5 @@
-/* A remark that the writer of a configuration puts behind a key's value, such as the value's
- * interval (config_text_noted() in src/io/config.h). */
+/* A remark that is written behind a key's value in a configuration file, such as the interval of
+ * the value (config_text_noted() in src/io/config.h). */
 #ifndef HEXID_CONFIG_NOTE_H
 #define HEXID_CONFIG_NOTE_H
 

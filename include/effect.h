@@ -17,14 +17,14 @@ struct effect_key {
     const char *name;  /* name with the unit: force_extend_n */
     const char *unit;
     double min, max;
-    double neutral;    /* value at which the effect adds nothing; for a key that only shapes the law
-                        * (a speed, a diameter) a usual value */
+    double neutral;    /* value at which the effect adds nothing; for a key with shapes_law (a
+                        * speed, a diameter) a usual value */
     double typical;    /* value in an ordinary machine that has the effect: large enough to be seen
                         * plainly, far from breaking the machine */
     bool per_leg;      /* the key may be a list of six values */
     bool shapes_law;   /* the key only shapes the law; another key sets the strength */
-    bool reciprocal;   /* the effect grows with the reciprocal of the value, as for a lag's corner
-                        * frequency or the bulk modulus of oil with air */
+    bool reciprocal;   /* the effect grows with the reciprocal of the value, as with the corner
+                        * frequency of a lag or the bulk modulus of oil with air */
 };
 
 /* Values of an effect's keys, value[key][leg]. All six values of a key are equal unless the
@@ -40,14 +40,14 @@ struct leg_motion {
                          * would move it */
     double speed_mps;   /* speed of the motion, >= 0 */
     double p1_pa, p2_pa;
-    double deflection;  /* deflection of the seals, relative to that at which they slide: -1
-                         * retracting .. 1 extending; 0 without seals */
+    double deflection;  /* deflection of the seals as a share of the deflection at which they slide:
+                         * -1 retracting .. 1 extending; 0 if no seals are modelled */
     double a1_m2, a2_m2; /* piston areas, rodless and rod side */
 };
 
-/* Resistance to motion. Dry and viscous part are sums over all effects and the configuration, and
- * each sum is >= 0. A body at rest stays at rest under any load up to the dry part; the viscous
- * part vanishes at rest. */
+/* Resistance to motion. All effects and the configuration add to the dry and to the viscous part;
+ * both sums are >= 0. A body at rest stays at rest under any load up to the dry part; the viscous
+ * part is 0 at rest. */
 struct friction {
     double dry;     /* dry part: N along a leg, or N m about a joint's axis */
     double viscous; /* viscous part at this speed, in the unit of `dry`; not a coefficient */
@@ -65,13 +65,13 @@ struct effect_experiment {
                                 * in backquotes; `hexid gap` reads the new log with the same --set
                                 * options */
     const char *record_axis;   /* instructions for a machine of one axis, which hexid does not
-                                * drive; NULL: `record` applies to it, too */
-    const char *shows;         /* reason why the measurement tells them apart: "a delay's phase
+                                * drive; NULL: `record` applies to such a machine, too */
+    const char *shows;         /* reason why the measurement tells the two apart: "a delay's phase
                                 * grows with frequency" */
 };
 
 /* Families of effects: parts of a machine whose effects imitate one another. If no law fits well
- * enough to be named, its family often can be named. */
+ * enough to be named, often the family can be named. */
 enum effect_family {
     EFFECT_FRICTION, /* friction in the cylinders */
     EFFECT_JOINTS,   /* friction and play of the joints */
@@ -96,9 +96,9 @@ struct effect {
     enum effect_family family;
     const char *plain;      /* everyday name of the effect: "a tilt of the base" */
     const char *law;        /* the effect's law in one line, with the formula */
-    const char *signature;  /* place where the data show the effect: channel, harmonic, feature */
-    double law_error;       /* expected error of this law on a real machine, as a share of the
-                             * effect's own contribution */
+    const char *signature;  /* signs of the effect in the data: channel, harmonic, feature */
+    double law_error;       /* expected error of this law on a real machine, as a share of what the
+                             * effect contributes */
     bool one_axis;          /* hexid gap looks for the effect only if the machine has one axis */
     struct effect_key keys[EFFECT_KEYS]; /* keys of the effect, ended by one with a NULL name */
 
@@ -112,10 +112,10 @@ struct effect {
     /* Effects that are limiting cases of this one; if such a case explains the data as well, it is
      * preferred. */
     const struct effect *contains[EFFECT_TIES];
-    /* Experiments that distinguish this effect from others. An experiment for two effects stands in
-     * the file of the one that was written later, so that a new effect changes no other file; if
-     * both were written together, in the first file by name. A pair without an experiment gets
-     * general advice (src/gap/experiment.h). */
+    /* Experiments that distinguish this effect from others. If two effects were written at
+     * different times, their experiment stands in the file of the later one, so that a new effect
+     * changes no other file; if they were written together, in the file that comes first by name. A
+     * pair without an experiment gets general advice (src/gap/experiment.h). */
     struct effect_experiment told_apart[EFFECT_TIES];
 
     /* Hooks; any may be NULL. They are called only while the effect is on. */
@@ -141,16 +141,16 @@ struct effect {
  * generates it from sim/effects/. */
 extern const struct effect *const effect_table[];
 
-/* Returns the effect's place in the table, or -1. */
+/* Returns the effect's index in effect_table, or -1. */
 int effect_find(const char *name);
 
-/* Switches the effect on, with values for a strength: 0 is neutral, 1 is typical. For any other
- * strength the value, or its reciprocal if the key is `reciprocal`, is linear in the strength. A
- * value outside its key's range is moved to the nearer end. */
+/* Switches the effect on and sets its values for a strength: 0 is neutral, 1 is typical. For other
+ * strengths the value (or the reciprocal of the value, if the key is `reciprocal`) is linear in the
+ * strength. A value outside the key's range is moved to the nearer end of the range. */
 void effect_at(const struct effect *effect, double strength, struct effect_values *values);
 
-/* effect_neutral() returns true if all legs' values of the key are neutral; effect_acts() returns
- * true if a key that sets the strength has a value that is not neutral. */
+/* effect_neutral() returns true if the key is neutral on all legs. effect_acts() returns true if
+ * some key that sets the strength is not neutral. */
 bool effect_neutral(const struct effect_key *key, const double value[LEGS]);
 bool effect_acts(const struct effect *effect, const struct effect_values *values);
 

@@ -15,7 +15,7 @@ struct histogram {
 
 static inline void histogram_add(struct histogram *h, int64_t ns) {
     uint64_t value = ns > 0 ? (uint64_t)ns : 0;
-    /* shift such that value >> shift is in 16..31; 0 for a value below 16 */
+    /* the shift with which value >> shift is 16..31; 0 for a value below 16 */
     int shift = value < HISTOGRAM_STEPS ? 0 : 59 - __builtin_clzll(value);
     uint64_t bin = (uint64_t)shift * HISTOGRAM_STEPS + (value >> shift);
     h->bin[bin < HISTOGRAM_BINS ? bin : HISTOGRAM_BINS - 1]++;

@@ -1,7 +1,7 @@
 /* Latest-value mailbox that passes requests from ordinary threads to the loop; the loop itself
- * posts only requests to park. Id and command are one 64-bit atomic, so neither side ever waits.
- * Several writers are allowed; a reader sees the newest request and recognises a new one by its
- * id. */
+ * posts only requests to park. Id and command share one 64-bit atomic, so that no thread ever
+ * waits. Several threads may write; a reader sees the newest request, and recognises a new request
+ * by its id. */
 #ifndef HEXID_MAILBOX_H
 #define HEXID_MAILBOX_H
 
@@ -13,8 +13,8 @@ struct mailbox {
     _Atomic uint64_t word; /* the request's id in the upper half, its command in the lower */
 };
 
-/* Posts a request and returns its id. Before a COMMAND_SET the caller puts the new gains into a
- * gains_box. */
+/* Posts a request and returns its id. Before it posts COMMAND_SET, the caller puts the new gains
+ * into a gains_box. */
 static inline uint32_t mailbox_post(struct mailbox *m, enum command command) {
     uint64_t old = atomic_load_explicit(&m->word, memory_order_relaxed), next;
     do next = (((old >> 32) + 1) << 32) | (uint32_t)command;
@@ -28,9 +28,10 @@ static inline struct request mailbox_read(const struct mailbox *m) {
     return (struct request){.id = (uint32_t)(word >> 32), .command = (enum command)(word & 0xffffffffu)};
 }
 
-/* Passes gains from one writer thread to other threads: new gains to the loop, together with a
- * COMMAND_SET in the mailbox, or the present gains from the loop. The version is odd during a write
- * and changes with each write, so that a reader detects a mixture of two writes. */
+/* Passes gains from one writer thread to other threads. A loop has two such boxes: one for new
+ * gains, which go to the loop together with a COMMAND_SET in the mailbox, and one for the loop's
+ * present gains. The version is odd during a write and changes with each write, so that a reader
+ * detects a mixture of two writes. */
 struct gains_box {
     _Atomic uint32_t version;
     _Atomic double value[LOOP_GAINS];

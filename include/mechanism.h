@@ -11,8 +11,9 @@
 
 #include "types.h"
 
-/* Value of the key `mechanism`, and place in mechanism_table. The first one is the mechanism of the
- * built-in configuration, and of a CSV file whose head and columns tell no other. */
+/* Value of the key `mechanism`, and index in mechanism_table. The first mechanism is that of the
+ * built-in configuration, and of a CSV file that does not tell its mechanism by its head or
+ * columns. */
 enum mechanism_kind { MECHANISM_STEWART, MECHANISM_AXIS };
 
 enum { MECHANISM_NAME = 16, MECHANISM_MASSES = 8 };
@@ -23,43 +24,44 @@ struct rigid_legs;             /* sim/rigid.h */
 struct inverse_dynamics;       /* src/residual/inverse_dynamics.h */
 struct inverse_dynamics_input; /* src/residual/inverse_dynamics.h */
 
-/* A mass or moment of inertia that the configuration states; model.tolerance.mass is its
- * tolerance. */
+/* A mass or moment of inertia that the configuration states. Its tolerance is
+ * model.tolerance.mass. */
 struct mechanism_mass {
     const char *name; /* configuration key */
     size_t offset;    /* offset of the value in struct params, or of the first leg's value; 0 ends a
                        * list */
-    bool per_leg;     /* every leg has a value */
+    bool per_leg;     /* every leg has a value of its own */
 };
 
 struct mechanism {
     char name[MECHANISM_NAME]; /* name in the configuration, in CSV files and in JSON */
 
     /* Properties. */
-    int legs;                  /* number of its legs, at most LEGS; if there is only one, texts name
+    int legs;                  /* number of legs, at most LEGS; if there is only one, messages name
                                 * no leg, and the names of CSV columns have no leg number */
-    int axes;                  /* number of axes of its reference, the first ones of dof_names; if
-                                * an effect has a key for each axis, only the keys of these axes are
-                                * used */
-    bool pose;                 /* its six legs carry a body on joints, so that their lengths
+    int axes;                  /* number of axes of the reference, which are the first ones of
+                                * dof_names; of an effect that has a key for each axis, only the
+                                * keys of these axes are used */
+    bool pose;                 /* the six legs carry a body on joints, so that their lengths
                                 * determine a pose of six axes; joints, inertias and geometry then
-                                * count. Without a pose, the length is the position on the axis */
+                                * count. false: the length of the only leg is the position on the
+                                * axis */
     bool default_machine;      /* the built-in configuration describes this mechanism; for any other
                                 * mechanism, cylinder diameters count only if the configuration
                                 * states them */
     bool force_sensor;         /* recordings may have a measured force in place of the pressures;
                                 * the force sensor has a lag (axis.force_lag_s) and a constant error
                                 * (axis.force_offset_n) */
-    bool short_strokes;        /* its strokes are so short that the evaluation may leave out
+    bool short_strokes;        /* the strokes are so short that the evaluation may leave out
                                 * instants near a reversal (inverse_dynamics.h, resolution_s) */
     struct mechanism_mass masses[MECHANISM_MASSES];
-    const char *csv_column;    /* CSV column that all recordings of this mechanism have, and no
-                                * others; NULL: there is no such column */
+    const char *csv_column;    /* CSV column that every recording of this mechanism has, and no
+                                * recording of another mechanism; NULL: there is none */
 
-    /* Reason and remedy with which the mechanism refuses each of these uses; NULL: it does not
-     * refuse. */
+    /* Messages, with reason and remedy, by which the mechanism refuses a use; NULL: it allows this
+     * use. */
     struct {
-        const char *run;       /* to be driven by hexid; a mechanism that refuses this has
+        const char *run;       /* driving the machine with hexid; a mechanism that refuses this has
                                 * recordings of an unknown controller */
         const char *survey;    /* `run --survey` */
         const char *identify;  /* identification of an inertia matrix */
@@ -72,8 +74,8 @@ struct mechanism {
     struct {
         const char *machine;   /* the machine in one phrase: "a platform" */
         const char *legs;      /* the number of its legs: "six legs" */
-        const char *length;    /* quantity that its length sensors measure: "position" */
-        const char *tone;      /* experiment that finds the source of a tone which the tests do not
+        const char *length;    /* quantity that the length sensors measure: "position" */
+        const char *tone;      /* experiment that finds the source of a tone that the tests do not
                                 * cause */
     } words;
 
@@ -84,7 +86,7 @@ struct mechanism {
      * to the legs' geometry if the mechanism has a pose. Returns false if no pose has these
      * lengths. */
     bool (*forces)(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, struct rigid_legs *legs, double force_n[LEGS]);
-    /* Finds the mass matrix in the space of the legs at neutral, kg: leg forces per leg
+    /* Computes the mass matrix in leg coordinates at neutral, kg: leg forces per leg
      * acceleration. */
     void (*leg_mass)(const struct params *params, double lambda[LEGS][LEGS]);
 };
@@ -95,7 +97,7 @@ extern const struct mechanism mechanism_stewart, mechanism_axis;
 extern const struct mechanism *const mechanism_table[];
 extern const char *const mechanism_names[];
 
-/* Returns the place in the table of the mechanism with this name, or -1. */
+/* Returns the index in mechanism_table of the mechanism with this name, or -1. */
 int mechanism_find(const char *name);
 
 /* Return the configured mechanism, and the number of its legs. */

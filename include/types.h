@@ -12,22 +12,21 @@
 
 enum { LEGS = 6, DOFS = 6 };
 enum dof { DOF_X, DOF_Y, DOF_Z, DOF_PHI, DOF_THETA, DOF_PSI, DOF_NONE = -1 };
-extern const char *const dof_names[DOFS + 1]; /* names of the axes, ended by NULL; src/core/names.c
-                                               * defines all three lists of names */
+extern const char *const dof_names[DOFS + 1]; /* names of the axes, ended by NULL. src/core/names.c
+                                               * defines this list, state_names and command_names */
 
 /* Sample flags. A sample with any of them is counted and excluded from identification. */
 enum {
-    SAMPLE_STALE = 1u << 0,   /* no new sample since the cycle before: device_seq repeats or steps
-                               * back */
-    SAMPLE_LATE = 1u << 1,    /* the sample is older than usual for the back-end, or the time since
-                               * the previous latching differs from the period, by more than half a
-                               * period */
-    SAMPLE_DROPPED = 1u << 2, /* one or more samples between the last one and this one are
-                               * missing */
+    SAMPLE_STALE = 1u << 0,   /* the device has latched no new sample since the previous cycle:
+                               * device_seq repeats or steps back */
+    SAMPLE_LATE = 1u << 1,    /* the sample is more than half a period older than usual for the
+                               * back-end, or the time since the previous latching differs from the
+                               * period by more than half a period */
+    SAMPLE_DROPPED = 1u << 2, /* one or more samples before this one were lost */
     SAMPLE_INVALID = 1u << 3, /* a value is not finite or implausible, a device reports an error, or
                                * the controller distrusts the sample */
-    SAMPLE_OVERRUN = 1u << 4, /* the loop missed a deadline before this cycle and held its command
-                               * too long */
+    SAMPLE_OVERRUN = 1u << 4, /* the loop missed a deadline before this cycle, so that the previous
+                               * command acted too long */
     SAMPLE_IO = 1u << 5,      /* the hardware abstraction layer could not read, or could not write
                                * the previous command */
     SAMPLE_FOREIGN = 1u << 6, /* another master commands this machine */
@@ -47,8 +46,8 @@ enum {
     INPUT_SUPPLY = 1u << 3,       /* the supply has pressure */
     INPUTS = 4,
     INPUTS_ALL = (1u << INPUTS) - 1,
-    INPUT_LINGERS = 1u << INPUTS,   /* not an input, but used in sets of wrong inputs: the supply
-                                     * has pressure although it is off */
+    INPUT_LINGERS = 1u << INPUTS,   /* no input of its own, but a member of sets of wrong inputs:
+                                     * the supply has pressure although it is switched off */
 };
 
 /* Sample of the hardware abstraction layer: lengths and pressures latched together at one instant,
@@ -58,15 +57,15 @@ struct hal_sample {
                              * not SAMPLE_UNWRITTEN the instant of the failed read */
     int64_t age_ns;         /* time from latching to reading */
     uint64_t device_seq;    /* the device's own count of samples; 0: the device does not count. A
-                             * gap means that samples were lost, a repeat or a step back that the
-                             * sample is stale */
+                             * gap means that samples were lost; a repeat or a step back means that
+                             * this sample is stale */
     uint32_t flags;         /* set of SAMPLE_... */
     uint32_t inputs;        /* set of INPUT_... that are closed */
     uint32_t contradicted;  /* INPUT_... whose two contacts contradict each other; they count as
                              * open */
     int64_t missed;         /* number of deadlines that the loop missed before this cycle */
-    uint32_t twins;         /* with SAMPLE_TWIN: 1u << leg if two devices answer for a leg; 0 if
-                             * they answer for the inputs or an unknown leg */
+    uint32_t twins;         /* with SAMPLE_TWIN: 1u << leg for each leg for which two devices
+                             * answer; 0 if the twin is at the inputs, or its leg is unknown */
     double length_m[LEGS];  /* length of each leg, from joint to joint */
     double p1_pa[LEGS];     /* gauge pressure on the rodless side */
     double p2_pa[LEGS];     /* gauge pressure on the rod side */
@@ -133,9 +132,9 @@ static inline uint32_t fault_leg(int leg) { return 1u << (FAULT_LEG_SHIFT + leg)
 struct fault_measure {
     int leg;             /* leg furthest beyond its limit, 0..5; -1: no leg */
     double value, limit;
-    double explained;    /* part of `limit` beyond the configured one, which the reference itself
-                          * causes; only for FAULT_OSCILLATION, otherwise 0 */
-    uint32_t inputs;     /* INPUT_... whose contacts contradict each other; 0: not about inputs */
+    double explained;    /* part of `limit` that the reference's own acceleration adds to the
+                          * configured limit; only for FAULT_OSCILLATION, otherwise 0 */
+    uint32_t inputs;     /* INPUT_... whose contacts contradict each other; 0 for any other fault */
 };
 
 enum command { COMMAND_NONE, COMMAND_ENGAGE, COMMAND_START, COMMAND_STOP, COMMAND_PARK, COMMAND_RESET, COMMAND_SET, COMMANDS };
@@ -153,16 +152,16 @@ struct gains {
 struct request {
     uint32_t id;
     enum command command;
-    struct gains gains; /* new gains, of COMMAND_SET */
+    struct gains gains; /* new gains; used only with COMMAND_SET */
 };
 
 enum phase { PHASE_NONE, PHASE_SETTLE, PHASE_RAMP_IN, PHASE_EVALUATE, PHASE_RAMP_OUT };
 
-/* Everything known about one cycle: platform_step() returns it, the ring carries it, the log keeps
- * it and the identifier reads it. Lengths and pressures of `in` were latched together at
- * in.time_ns. `out` is computed from them, takes effect at that same instant on `sim:` (on a field
- * bus with SYNC one cycle later) and is held until the next. `ref` is the reference at the instant
- * of `in`. */
+/* Everything known about one cycle. platform_step() fills it in, the ring carries it to the
+ * recorder, the log keeps it and the identifier reads it. Lengths and pressures of `in` were
+ * latched together at in.time_ns. `out` is computed from `in`; it takes effect at in.time_ns on
+ * `sim:`, and one cycle later on a field bus with SYNC, and is held until the next command takes
+ * effect. `ref` is the reference at in.time_ns. */
 struct cycle {
     uint64_t seq;
     struct hal_sample in;
@@ -181,18 +180,18 @@ struct cycle {
     uint32_t opened;       /* wrong inputs (interlock_wrong()) that ended the automatic run; 0:
                             * none; no message carries them, but an event reports them */
     uint32_t request_id;   /* id of the last request that was processed; 0: none */
-    enum command request;  /* that request's command; no message carries either, but an event
-                            * reports each new one */
-    bool unattended;       /* the loop parks because the thread that takes stops is held up
-                            * (loop_attend()); no message carries it, but an event reports it */
+    enum command request;  /* command of that request. No message carries request_id or request, but
+                            * an event reports each new request */
+    bool unattended;       /* the loop parks because the thread that takes stop commands is held up
+                            * (loop_attend()); no message carries this, but an event reports it */
     struct gains gains;    /* gains with which `out` was computed; no message carries them, but a
                             * change is an event, after which the log has a new configuration */
-    int test;              /* index in the list of tests; -1 outside a test */
+    int test;              /* index of the test in the list of tests; -1 outside a test */
     enum dof dof;          /* tested axis; DOF_NONE outside a test and in a test that belongs to no
                             * axis */
     enum phase phase;
-    double test_time_s;    /* time since the ramp-in's start (negative while settling), at latching;
-                            * 0 outside a test */
+    double test_time_s;    /* time from the start of the ramp-in to in.time_ns, negative while the
+                            * test settles; 0 outside a test */
     int64_t wake_late_ns;  /* time from deadline to wake-up; 0 on a virtual clock */
     int64_t exec_ns;       /* time from wake-up to writing the command; 0 on a virtual clock */
 };

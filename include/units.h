@@ -22,8 +22,8 @@ static inline int64_t add_saturated(int64_t a, int64_t b) {
     return !__builtin_add_overflow(a, b, &sum) ? sum : b < 0 ? INT64_MIN : INT64_MAX;
 }
 
-/* Returns how many cycles are missing between two sequence numbers; INT64_MAX if `later` is not the
- * later one. */
+/* Returns the number of cycles missing between two sequence numbers; INT64_MAX if `later` is not
+ * after `seq`. */
 static inline int64_t cycles_between(uint64_t seq, uint64_t later) {
     uint64_t missing = later - seq - 1;
     return missing > INT64_MAX ? INT64_MAX : (int64_t)missing;

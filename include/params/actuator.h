@@ -9,12 +9,12 @@ struct actuator_params {          /* the legs, Tian 2015 Tables 1 and 2; inertia
     double piston_diameter_m[LEGS], rod_diameter_m[LEGS];
     struct {
         bool piston, rod;
-    } stated;                     /* false if the configuration of a machine of one axis does not
-                                   * state the diameter; the built-in value is that of a platform */
+    } stated;                     /* the configuration states the diameter; false only on a machine
+                                   * of one axis, where the built-in value is that of a platform */
     double stroke_m[LEGS];
     double mid_stroke_m[LEGS];    /* leg length at mid-stroke less leg length at neutral */
-    /* length of each leg on its lower end stop, as measured on the machine, and its standard
-     * deviation; 0: not measured */
+    /* length of each leg on its lower end stop, as measured on the machine, and the standard
+     * deviation of these lengths; retracted_std_m 0: not measured */
     double retracted_m[LEGS], retracted_std_m;
     double upper_mass_kg[LEGS], lower_mass_kg[LEGS];      /* masses of rod (ma) and cylinder (mb) */
     double upper_inertia_kg_m2[LEGS], lower_inertia_kg_m2[LEGS]; /* transverse moments of inertia of

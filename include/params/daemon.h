@@ -23,9 +23,9 @@ struct lcm_params {
     int state_every;      /* number of cycles from one HEXID_STATE message on the bus to the next */
     bool commands;                /* SAFETY: accept commands that move; stop and
                                    * park are always accepted */
-    double lease_s;               /* SAFETY: longest time between messages of an operator who
-                                   * engaged or started by command; after it the platform is parked.
-                                   * 0: no limit */
+    double lease_s;               /* SAFETY: longest time without a message from the operator who
+                                   * engaged or started the platform by command; then the platform
+                                   * is parked. 0: no limit */
     char remote_stop[PARAMS_TEXT_SIZE]; /* addresses of other hosts whose stop and park are
                                          * accepted; "": none */
 };

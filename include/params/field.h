@@ -15,8 +15,8 @@ struct channel_params {
     double low[LEGS], high[LEGS];
 };
 
-struct device_params {            /* settings of devices in the field; the daemon sends them if the
-                                   * bus allows */
+struct device_params {            /* settings of the devices on the bus; the daemon writes them to
+                                   * the devices if the bus allows */
     double watchdog_s;           /* time without a command after which a device centres its valve */
 };
 

@@ -6,12 +6,13 @@
 #include "types.h"
 
 struct found_params {
-    /* Weighing of a known weight: relative change of the weight's reading per relative change of
-     * each pressure's gain, relative error of the reading (positive: too large), and standard
-     * deviation of that error; weight_std 0: nothing was weighed. */
+    /* Weighing of a known weight. weight_p1, weight_p2: relative change of the weight's reading per
+     * relative change of the pressure's gain. weight_error: relative error of the reading,
+     * positive if it is too large. weight_std: standard deviation of weight_error; 0: nothing
+     * was weighed. */
     double weight_p1[LEGS], weight_p2[LEGS], weight_error, weight_std;
-    /* Readings of the legs on their lower end stops, less the true lengths there, and the standard
-     * deviation of each; retracted_std_m 0: not found. */
+    /* retracted_m: reading of each leg on its lower end stop, less the true length there.
+     * retracted_std_m: standard deviation of these differences; 0: not found. */
     double retracted_m[LEGS], retracted_std_m;
 };
 

@@ -11,8 +11,9 @@ struct sensor_errors {
                                           * the gain of a force sensor */
     double length_gain[LEGS], length_zero_m[LEGS];
     double skew_s; /* age of the lengths less age of the pressures */
-    /* lag of the pressures, and length of the pipe between pressure sensor and chamber: a value
-     * common to all legs, and each leg's difference from it */
+    /* Lag of the pressures, and length of the pipe between pressure sensor and chamber. lag_s and
+     * pipe_m are common to all legs; lag_rest_s and pipe_rest_m are each leg's difference from
+     * them. */
     double lag_s, lag_rest_s[LEGS];
     double pipe_m, pipe_rest_m[LEGS];
 };

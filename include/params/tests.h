@@ -22,9 +22,9 @@ struct test_params {
     double settle_s, ramp_s, duration_s, ramp_out_s; /* durations of a test's parts; duration_s is
                                                       * the evaluated one */
     int harmonics;                /* number of harmonics regressed, the fundamental included */
-    bool multisine;               /* moves all axes of `order` at once, in one test */
-    char trajectory[PARAMS_TEXT_SIZE]; /* file of poses over time, which takes the
-                                        * sinusoids' place; "": none */
+    bool multisine;               /* one test moves all axes of `order` at once */
+    char trajectory[PARAMS_TEXT_SIZE]; /* file of poses over time, which replaces the sinusoids; "":
+                                        * none */
     int repeat;                   /* number of passes of the trajectory */
 };
 

@@ -18,7 +18,7 @@ struct blind_time blind_time(const struct params *p) {
          "device.watchdog_s + 1 ms + (limits.bad_cycles + 2) x loop.period_s", false},
     };
     struct blind_time *longest = cases;
-    /* SAFETY: a case that is no number is the longest, so that it is not allowed. */
+    /* SAFETY: NaN counts as the longest time, so that it is not allowed. */
     for (unsigned i = 1; i < sizeof cases / sizeof *cases; i++)
         if (!isnan(longest->s) && !(cases[i].s <= longest->s)) longest = &cases[i];
     longest->allowed = longest->s <= p->limits.blind_time_s * (1 + rounding);

@@ -47,9 +47,9 @@ struct params;
 
 struct blind_time {
     double s;
-    const char *when;   /* the case in words: "a daemon that is killed or stopped" */
-    const char *sum;    /* the sum in words, by its keys: "limits.sensor_age_s + device.watchdog_s +
-                         * 1 ms" */
+    const char *when;   /* description of the case: "a daemon that is killed or stopped" */
+    const char *sum;    /* the sum, with its configuration keys: "limits.sensor_age_s +
+                         * device.watchdog_s + 1 ms" */
     bool allowed;       /* the time is within limits.blind_time_s */
 };
 

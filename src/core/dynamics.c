@@ -5,9 +5,9 @@
 #include "lin.h"
 #include "params.h"
 
-static const double LEAST_PIVOT = 1e-3; /* smallest pivot of J that counts as regular, angles in
-                                         * units of 1/arm_m; the shipped machines have 0.2 or more
-                                         * in their workspaces */
+static const double LEAST_PIVOT = 1e-3; /* smallest pivot at which J counts as regular, angles in
+                                         * units of 1/arm_m; the shipped machines have pivots of 0.2
+                                         * or more in their workspaces */
 
 void dynamics_init(struct dynamics *d, const struct params *params, const struct kinematics *kinematics) {
     const struct actuator_params *a = &params->actuator;
@@ -77,7 +77,7 @@ static inline void arm_motion(const struct turn *w, const double q[3], double ra
 /* Computes the platform's own part of the wrench: p - F, and I w' + w x I w + s x p - M. */
 static void platform_wrench(const struct dynamics *d, double motion[MOTION_ORDERS][DOFS], const struct turn *w, double wrench[DOFS]) {
     const double *accel = motion[MOTION_ACCEL];
-    double body[2][3], momentum[2][3]; /* rate and acceleration in {M}, and I times them */
+    double body[2][3], momentum[2][3]; /* angular rate and acceleration in {M}, and I times them */
     double center[3], rate[3], turned[3], push[3], springs[DOFS] = {0};
     for (int r = 0; r < 3; r++) center[r] = dot(w->t[r], d->center_m);
     arm_motion(w, center, rate, turned);
@@ -95,9 +95,9 @@ static void platform_wrench(const struct dynamics *d, double motion[MOTION_ORDER
     for (int i = 0; i < DOFS; i++) wrench[i] -= springs[i];
 }
 
-/* Adds leg i. row: set to its row of J. wrench: the force across the leg that makes it swing is
- * added, with its moment. course: set to the leg's length, rate and acceleration, and to the force
- * along the leg that its own rod needs. v is L', square is |n'|^2. */
+/* Adds leg i. row: set to row i of J. wrench: gets the force across the leg that swings the leg,
+ * and its moment. course: length, rate and acceleration of leg i are set, and force_n to the force
+ * along the leg that its rod needs. In the formulas v is L', square is |n'|^2. */
 static void add_leg(const struct dynamics *d, int i, double motion[MOTION_ORDERS][DOFS], const struct turn *w, double row[DOFS],
                     double wrench[DOFS], struct leg_course *course) {
     const double *a = d->kinematics->upper[i], *b = d->kinematics->lower[i];
@@ -125,7 +125,8 @@ static void add_leg(const struct dynamics *d, int i, double motion[MOTION_ORDERS
 }
 
 /* Solves J' h = wrench by Gauss elimination with pivots; the solution replaces the wrench. Rows of
- * moments are divided by arm_m first, so that all entries of J are of one size. */
+ * moments are divided by arm_m first, so that all entries of J have similar size. Returns false if
+ * J is singular. */
 static bool along_legs(double j[LEGS][DOFS], double arm_m, double wrench[DOFS]) {
     double m[DOFS][LEGS + 1];
     for (int r = 0; r < DOFS; r++) {

@@ -35,7 +35,7 @@ struct dynamics {
     double mass_kg, gravity_mps2[3]; /* g z, in {B} */
     double inertia_kg_m2[3][3];      /* payload's, about its mass centre, axes of {M} */
     double center_m[3];              /* payload's mass centre in {M} */
-    struct active wrench;            /* effects that exert a wrench on the platform */
+    struct active wrench;            /* active effects that exert a wrench on the platform */
     struct {
         double rod_kg, rod_center_m;    /* ma, ra */
         double moment_kg_m;             /* mb rb */
@@ -43,7 +43,7 @@ struct dynamics {
     } leg[LEGS];
 };
 
-/* Motion of the legs, and the force (of the oil less friction) that this motion needs. */
+/* Motion of the legs, and the force of the oil, less friction, that this motion needs. */
 struct leg_course {
     double length_m[LEGS], rate_mps[LEGS], accel_mps2[LEGS], force_n[LEGS];
 };

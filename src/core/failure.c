@@ -130,7 +130,7 @@ void fault_describe(uint32_t first_fault, uint32_t faults, char text[FAULT_TEXT_
     }
 }
 
-/* Formats numbers for people: "12.4", "1420". */
+/* Formats a number for people: "12.4", "1420". */
 static void say_number(double x, char text[16]) { snprintf(text, 16, fabs(x) >= 1000.0 ? "%.5g" : "%.3g", x); }
 
 const char *fault_measured(uint32_t first_fault, const struct fault_measure *measure, char text[FAULT_MEASURE_SIZE]) {

@@ -1,6 +1,6 @@
-/* Failures, how each is detected, and how the platform reacts: one table for the names of faults
- * in messages and results, for the operator's instructions on the terminal and in HEXID_EVENT,
- * and for the documentation (`hexid doctor --failures` prints it). */
+/* Failures, how each is detected, and how the platform reacts. The names of faults in messages and
+ * results, the operator's instructions on the terminal and in HEXID_EVENT, and the table of the
+ * documentation (printed by `hexid doctor --failures`) all come from here. */
 #ifndef HEXID_FAILURE_H
 #define HEXID_FAILURE_H
 
@@ -17,7 +17,7 @@ struct failure {
     uint32_t fault;       /* one of FAULT_...; 0: this failure is no fault of the supervisor */
     const char *name;     /* name of the fault; for other failures the words that the operator
                            * sees */
-    const char *what;     /* the failure in words */
+    const char *what;     /* description of the failure */
     const char *detected; /* check that detects the failure */
     const char *within;   /* time or motion until it is detected, in words */
     enum reaction reaction;
@@ -28,11 +28,12 @@ struct failure {
                                        * NULL: there is no such limit */
     const char *unit;     /* unit of the fault's measured value in messages; NULL: nothing is
                            * measured */
-    double per_si;        /* factor that converts SI to that unit */
+    double per_si;        /* factor from SI to `unit` */
 };
 
-/* Table of failures, ended by a row without a name. Rows with a fault come first. A cause comes
- * before its consequences, because several faults of one cycle are named by their first row. */
+/* Table of failures, ended by a row without a name. Rows with a fault come first, and a cause comes
+ * before its consequences, because several faults of one cycle get the name of the first row among
+ * them. */
 extern const struct failure failure_table[];
 
 /* Returns the first row with one of these faults; NULL if there is none. */
@@ -60,10 +61,10 @@ const char *fault_measured(uint32_t first_fault, const struct fault_measure *mea
 enum { FAULT_LINE_SIZE = FAULT_TEXT_SIZE + 2 + FAULT_MEASURE_SIZE };
 void fault_line(uint32_t first_fault, uint32_t faults, const struct fault_measure *measure, char text[FAULT_LINE_SIZE]);
 
-/* Explains a fault at length; first_fault must not be 0. cause: the failure, and its likely cause.
- * remedy: the steps until the platform moves again; the last is a new run if `automatic`, otherwise
- * reset and engage. missed, longest_s: for an overrun, the deadlines missed in a row and the
- * longest delay. */
+/* Explains a fault at length; first_fault must not be 0. cause: set to the failure and its likely
+ * cause. remedy: set to the steps until the platform moves again; the last step is a new run if
+ * `automatic`, otherwise reset and engage. missed, longest_s: deadlines missed in a row and longest
+ * delay, used only for an overrun. */
 enum { FAILURE_TEXT_SIZE = 640 };
 void failure_explain(uint32_t first_fault, int64_t missed, double longest_s, bool automatic, char cause[FAILURE_TEXT_SIZE],
                      char remedy[FAILURE_TEXT_SIZE]);

@@ -3,8 +3,8 @@
 #include "params.h"
 #include "units.h"
 
-/* Stiffness of the oil, as a multiple of that at neutral, above which control.kpf is reduced. All
- * tests of the shipped machines stay below it. */
+/* Stiffness of the oil, as a multiple of the stiffness at neutral, above which control.kpf is
+ * reduced. No test of the shipped machines exceeds it. */
 static const double stiffer_most = 1.5;
 
 struct cylinder_areas cylinder_areas(const struct actuator_params *actuator) {

@@ -17,15 +17,14 @@ static inline double leg_force(const struct cylinder_areas *a, int leg, double p
 }
 
 /* SAFETY: the loop gain of the force feedback (control.kpf) is proportional to the stiffness of the
- * oil, A1^2/V1 + A2^2/V2 times its bulk modulus. Near the ends of a long stroke the oil is ten
- * times as stiff as at neutral, so that with a constant kpf the platform oscillates there. Where
- * the oil is stiffer than 1.5 times its stiffness at neutral, kpf is therefore reduced in
- * proportion. */
+ * oil, which is its bulk modulus times A1^2/V1 + A2^2/V2. Near the ends of a long stroke the oil is
+ * ten times as stiff as at neutral, and with a constant kpf the platform would oscillate there. So
+ * kpf is reduced in proportion where the oil is stiffer than 1.5 times its stiffness at neutral. */
 struct oil_column {
     double area_m2[2], dead_m3[2]; /* areas and dead volumes of the rodless and of the rod side */
     double least_m, most_m;        /* leg lengths at the two end stops */
-    double most_stiff_per_m;       /* kpf is reduced where the oil's stiffness, divided by its bulk
-                                    * modulus, exceeds this, m */
+    double most_stiff_per_m;       /* stiffness of the oil, divided by its bulk modulus, above which
+                                    * kpf is reduced, m */
 };
 void oil_columns_init(struct oil_column column[LEGS], const struct params *params, const struct kinematics *k);
 

@@ -19,7 +19,8 @@ bool gains_equal(const struct gains *a, const struct gains *b) {
     return equal;
 }
 
-/* Returns true if one change may take a gain from `from` to `to`, at most `most`; false for NaN. */
+/* Returns true if a single change may take a gain from `from` to `to`; `most` is the largest
+ * permitted value. Returns false for NaN. */
 static bool may(double from, double to, double most) {
     return from == to || (from > 0.0 && to >= from / GAINS_FACTOR && to <= from * GAINS_FACTOR && to <= most);
 }

@@ -15,20 +15,20 @@
  *  E       angular velocity = E [phi theta psi]dot     -     {B} */
 
 static const double tolerance_m = 1e-13;
-static const double last_step_m = 1e-7; /* length of a Newton step below which the error after it
+static const double last_step_m = 1e-7; /* length of a Newton step after which the remaining error
                                          * (about the step squared over arm_m) is below the
                                          * tolerance */
 
-static const double LEG_THIN = 0.01;   /* two legs collide if their centre lines come nearer than
-                                        * this share of the shorter leg's neutral length; no leg is
-                                        * thinner than that */
-static const double LEG_MIDDLE = 0.45; /* part of a leg that counts for collisions, on either side
-                                        * of its middle, as a share of its length */
-/* Sine of the smallest angle between a joint's axis and its leg at neutral. The angle is 20
- * degrees, because a leg swings by up to 10 degrees. */
+static const double LEG_THIN = 0.01;   /* two legs collide if the distance of their centre lines is
+                                        * below this share of the shorter leg's neutral length; no
+                                        * real leg is thinner than this */
+static const double LEG_MIDDLE = 0.45; /* half-length of the middle part of a leg that counts for
+                                        * collisions, as a share of the leg's length */
+/* Sine of the smallest permitted angle between a joint's axis and its leg at neutral. The angle is
+ * 20 degrees, because a leg swings by up to 10 degrees. */
 static const double AXIS_ACROSS = 0.35;
-static const double AXIS_LEAST = 1e-6; /* shortest configured axis vector whose direction is
-                                        * trusted; a shorter one is refused */
+static const double AXIS_LEAST = 1e-6; /* shortest configured axis vector that has a direction; a
+                                        * shorter one is refused */
 
 /* Computes the joints in the frame of their body: as given, or in pairs on a circle. */
 static void joints(const struct leg_vectors *given, double radius, const double angle[LEGS], double point[LEGS][3]) {
@@ -82,8 +82,9 @@ static inline void cross(const double a[3], const double b[3], double c[3]) {
 
 static double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-/* Returns true if two legs collide at neutral. Their ends do not count, because two legs may share
- * a joint. Parallel legs do not collide: they give NaN, with which comparisons are false. */
+/* Returns true if two legs collide at neutral. The ends of the legs do not count, because two legs
+ * may share a joint. Parallel legs give NaN, with which all comparisons are false, so they never
+ * collide. */
 static bool legs_cross(const struct kinematics *k, int one, int other) {
     double u[3], v[3], between[3], normal[3], moment[3];
     for (int r = 0; r < 3; r++) {
@@ -202,13 +203,13 @@ void wrench_from_forces(const struct kinematics *k, const double pose[DOFS], con
     }
 }
 
-/* Fills in row i of m: d L_i / d pose, angles in units of 1/arm_m, and in the last column the
- * length error. Returns the largest error. */
+/* Fills in row i of m: d L_i / d pose, with angles in units of 1/arm_m, and the length error in the
+ * last column. Returns the largest error. */
 static double fk_equations(const struct kinematics *k, const double length_m[LEGS], const double pose[DOFS], double m[LEGS][DOFS + 1]) {
     double t[3][3], q[3], moment[3], largest = 0.0, scale = 1.0 / k->arm_m;
     rotation_from_angles(pose[3], pose[4], pose[5], t);
-    /* E = [Rz Ry ex, Rz ey, ez]: its first column is T's; its second needs cos and sin of psi,
-     * computed from T's first column. */
+    /* E = [Rz Ry ex, Rz ey, ez]: the first column of E is that of T. The second needs cos and sin
+     * of psi, which follow from the first column of T. */
     double ct = sqrt(t[0][0] * t[0][0] + t[1][0] * t[1][0]), cs = t[0][0] / ct, ss = t[1][0] / ct;
     for (int i = 0; i < LEGS; i++) {
         double error = leg(k, i, pose, t, q, m[i]) - length_m[i];
@@ -217,7 +218,7 @@ static double fk_equations(const struct kinematics *k, const double length_m[LEG
         m[i][4] = scale * (cs * moment[1] - ss * moment[0]);
         m[i][5] = scale * moment[2];
         m[i][6] = error;
-        /* once `largest` is NaN, it stays NaN */
+        /* a NaN in `largest` stays there, because comparisons with NaN are false */
         if (fabs(error) > largest || isnan(error)) largest = fabs(error);
     }
     return largest;

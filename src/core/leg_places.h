@@ -11,19 +11,19 @@ struct leg_places {
 
 enum { LEG_PLACES_COMMON = 1 + 15 + 5 + 6, LEG_PLACES_NAME = 80 };
 
-/* Lists the orders that occur most: first the stated one, place[k] = k; then 15 with two legs
- * exchanged, 5 counted on from another place, place[k] = first + k modulo 6, and 6 counted
- * backwards, first - k. */
+/* Lists the most frequent orders: the stated one, place[k] = k; 15 with two legs exchanged; 5 that
+ * count on from another place, place[k] = first + k modulo 6; and 6 that count backwards, place[k]
+ * = first - k modulo 6. */
 void leg_places_common(struct leg_places list[LEG_PLACES_COMMON]);
 
-/* Returns the order with the places of two legs exchanged. All 720 orders are at most five
- * exchanges from each other. */
+/* Returns `order` with the places of two legs exchanged. At most five exchanges lead from any of
+ * the 720 orders to any other. */
 struct leg_places leg_places_exchanged(const struct leg_places *order, int leg, int other);
 
 bool leg_places_stated(const struct leg_places *order);
 
-/* Returns the least number (0 .. 5) of exchanges of two legs that lead from the stated order to
- * this one. */
+/* Returns the least number of exchanges of two legs, 0 to 5, by which the stated order becomes this
+ * one. */
 int leg_places_exchanges(const struct leg_places *order);
 
 /* Writes the order in words: "as stated"; "leg 1 in place 3, counted on"; "leg 1 in place 2,

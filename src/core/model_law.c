@@ -8,12 +8,13 @@
 static const double RETURN_S = 0.5; /* time over which the law takes over from the PID */
 static const double GOOD_S = 1.0;   /* time without doubts after which the law takes over again */
 static const double FADE_S = 0.05;  /* time constant with which the jump of the feed-forward at a
-                                     * hand-over decays; if the integral absorbed the jump, it would
-                                     * still be there after the motion has reversed */
-static const double REVERSAL_CYCLES = 1.0; /* tau in cycles; dry friction then reverses in about
-                                            * four cycles, which the valve can follow */
-static const double SLOW_MPS = 2e-4; /* v0; below this speed a leg may stick, and its reference does
-                                      * not determine the direction of its friction */
+                                     * hand-over decays. If the integral absorbed the jump instead,
+                                     * it would persist after the motion has reversed */
+static const double REVERSAL_CYCLES = 1.0; /* tau in cycles. The reference's dry friction then
+                                            * reverses in about four cycles, which the valve can
+                                            * follow */
+static const double SLOW_MPS = 2e-4; /* v0. Below this speed a leg may stick, and the direction of
+                                      * its friction does not follow from its reference */
 
 /* Refuses a delay that is longer than the law can look ahead. */
 static int check_delay(const struct model_law *law, struct error *error) {
@@ -72,7 +73,8 @@ static double friction_n(const struct model_law *law, int leg, const struct leg_
     return copysign(fmax(sum.viscous, 0.0), rate) + sum.dry * sense + sum.elastic;
 }
 
-/* Computes the legs' motion and forces, friction included, for the time ahead_s from now. */
+/* Computes the legs' motion and forces, friction included, at ahead_s from now. Returns false if a
+ * pose is singular or a force is not finite. */
 static bool course_at(const struct model_law *law, const struct reference *r, double ahead_s, struct leg_course *c) {
     double motion[MOTION_ORDERS][DOFS];
     reference_motion(r, &law->params->tests, law->params->loop.period_s, ahead_s, motion);
@@ -82,8 +84,8 @@ static bool course_at(const struct model_law *law, const struct reference *r, do
     return isfinite(sum);
 }
 
-/* Advances a low-pass with the time constant of the PID's force filter; unless `settled`, it starts
- * at x. */
+/* Advances a low-pass with the time constant of the PID's force filter. If not `settled`, the
+ * low-pass starts at x. */
 static void low_pass(const struct model_law *law, bool settled, double x, double *low) {
     double tp_s = law->params->control.tp, dt_s = law->params->loop.period_s;
     *low = settled ? *low + dt_s / (tp_s + dt_s) * (x - *low) : x;
@@ -108,15 +110,15 @@ static uint32_t take_pressures(struct model_law *law, const struct model_law_inp
     return doubts;
 }
 
-/* Returns the opening that was sent to a leg `cycles` cycles ago, at least 1. */
+/* Returns the opening that was sent to a leg this number of cycles ago, at least 1. */
 static double sent(const struct model_law *law, int leg, int cycles) {
     return law->sent[leg][(law->newest + MODEL_DELAY_CYCLES - cycles + 1) % MODEL_DELAY_CYCLES];
 }
 
-/* Predicts the pressures of a leg for the middle of the time in which this cycle's command acts:
- * the present pressures, advanced with the reference's motion at the openings that earlier cycles
- * have sent. The command of k cycles ago acts until delay - (k - 1) dt from now. This cycle's
- * command is not known yet, so the last one is used in its place. */
+/* Predicts the pressures of a leg for the middle of the time in which this cycle's command acts.
+ * The present pressures are advanced with the reference's motion and the openings of earlier
+ * commands; the command of k cycles ago acts until delay - (k - 1) dt from now. This cycle's
+ * command is not known yet, so the last one takes its place. */
 static struct oil_state predict(const struct model_law *law, int leg, const struct leg_course *now, const struct leg_course *from) {
     double dt_s = law->params->loop.period_s, passed_s = 0.0;
     struct oil_state oil = {.p1_pa = law->p1_pa[leg],
@@ -185,7 +187,7 @@ double model_law_command(struct model_law *law, const struct control_params *g, 
     double u = pid_step_forward(pid, g, dt_s, ref_m, length_m, force_n, forward), command = valve_flow_command(&law->valve[leg], u);
     law->sent[leg][law->newest] = u;
     pid->saturated = pid->saturated || fabs(command) > g->output_limit;
-    /* SAFETY: a command of NaN is not clamped here, and the back-end then centres the valve. */
+    /* SAFETY: a command of NaN passes these limits, and the back-end then centres the valve. */
     return command > g->output_limit ? g->output_limit : command < -g->output_limit ? -g->output_limit : command;
 }
 

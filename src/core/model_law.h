@@ -36,7 +36,8 @@
 /* Reasons why the law hands over to the PID, a bit each. */
 enum {
     DOUBT_PRESSURE = 1u << 0, /* a pressure is no valid reading */
-    DOUBT_SUPPLY = 1u << 1,   /* the command of the feed-forward is beyond +-output_limit */
+    DOUBT_SUPPLY = 1u << 1,   /* the command for the feed-forward's opening is beyond
+                               * +-output_limit */
     DOUBT_SINGULAR = 1u << 2, /* the legs do not determine the platform, or a number is not
                                * finite */
     DOUBTS = 3,
@@ -61,21 +62,20 @@ struct model_law {
     /* the members below are the law's state */
     double p1_pa[LEGS], p2_pa[LEGS];      /* last trusted pressures */
     double force_ref_lp_n[LEGS];          /* low-passed reference force frlp */
-    double excess_lp_n[LEGS];             /* measured less reference force, low-passed */
-    double varying_ref_n[LEGS];           /* reference force less its low-passed value frlp */
-    bool settled[LEGS];                   /* the low-passes of this leg have a value since
+    double excess_lp_n[LEGS];             /* measured less reference force, low-passed like flp */
+    double varying_ref_n[LEGS];           /* reference force fr less its low-passed value frlp */
+    bool settled[LEGS];                   /* the low-passes of this leg have started since
                                            * model_law_reset() */
-    double bump[LEGS];                    /* part of the feed-forward's jumps at hand-overs that has
-                                           * not decayed yet */
-    double opening[LEGS];                 /* opening o of the last step */
-    double sent[LEGS][MODEL_DELAY_CYCLES]; /* openings of the last cycles' commands, a ring
-                                            * buffer */
+    double bump[LEGS];                    /* rest, not yet decayed, of the jumps of the feed-forward
+                                           * at hand-overs */
+    double opening[LEGS];                 /* last valid opening o */
+    double sent[LEGS][MODEL_DELAY_CYCLES]; /* openings u of the last cycles, a ring buffer */
     int newest;              /* index of the newest element of `sent` */
-    double share;            /* share of this law in the feed-forward; the PID has the remaining
-                              * share */
-    double handed_over;      /* share of the feed-forward that the PID took over in this cycle */
-    double good_s;           /* time without doubts since the last one */
-    uint32_t doubts;         /* DOUBT_... that came up since the law last had its full share */
+    double share;            /* share of this law in the feed-forward; the remaining share is the
+                              * PID's */
+    double handed_over;      /* share of the feed-forward that passed to the PID in this cycle */
+    double good_s;           /* time since the last doubt */
+    uint32_t doubts;         /* DOUBT_... that have come up since the law last had the full share */
 };
 
 /* Prepares the law; params and kinematics must outlive it. Returns -2 if params choose this law and
@@ -88,7 +88,7 @@ void model_law_reset(struct model_law *law);
 
 /* Inputs of a cycle. */
 struct model_law_input {
-    const struct reference *reference; /* reference_step() has been called for this cycle */
+    const struct reference *reference; /* reference after reference_step() of this cycle */
     const double *p1_pa, *p2_pa;       /* measured pressures of the legs */
     uint32_t suspect;                  /* fault_leg() of legs whose pressures are no valid
                                         * readings */
@@ -98,10 +98,10 @@ struct model_law_input {
 void model_law_step(struct model_law *law, const struct model_law_input *in);
 
 /* Replaces model_law_step() and model_law_command() in a cycle without a trusted sample, in which
- * the commands are held. */
+ * the commands stay the same. */
 void model_law_hold(struct model_law *law);
 
-/* Computes a leg's command with the present gains, after model_law_step(); takes the place of
+/* Computes a leg's command with these gains, after model_law_step(); takes the place of
  * pid_step(). */
 double model_law_command(struct model_law *law, const struct control_params *gains, int leg, struct pid *pid, double ref_m, double length_m,
                          double force_n);

@@ -10,14 +10,14 @@
 #include "units.h"
 
 static const double lag_s = 0.016, block_s = 0.05, slow_s = 0.05;
-/* Largest white noise that is subtracted from commanded, opened and forced, as a multiple of
- * limits.oscillation_mps2. It is limited because a command that alternates in every cycle looks
- * like noise, too. */
+/* Largest rms white noise that is subtracted from commanded, opened and forced, as a multiple of
+ * limits.oscillation_mps2. The limit is needed because a command that alternates in every cycle
+ * looks like noise, too. */
 static const double white_most = 2.0;
 
-/* The readings' steps contribute to `measured` this share of lag^-3 times the mean square of the
- * second difference over one cycle, which is subtracted. The share would be 1 for isolated steps
- * and 1 / lag for white noise; slow quantised readings lie in between. */
+/* Noise of the readings in `measured`: this share of the squared second difference over one cycle,
+ * divided by lag^3, is subtracted. The share would be 1 for isolated steps of the readings and 1 /
+ * lag for white noise; slow quantised readings lie in between. */
 static const double steps_share = 0.5;
 
 enum { WHITE_CYCLES = 400, FOURTH_DIFFERENCE_SQUARES = 1 + 16 + 36 + 16 + 1 };
@@ -44,7 +44,7 @@ static double valve_lags(double speed_mps, double follows, double period_s, doub
 }
 
 /* Returns the mean square of a leg's acceleration if its commanded speed is white noise of variance
- * 1, which is the sum of squares of the impulse response. */
+ * 1; this is the sum of squares of the impulse response. */
 static double white_gain(double follows, double period_s) {
     double half = 0.0, valve = 0.0, sum = 0.0;
     for (int n = 0; n < WHITE_CYCLES; n++) {
@@ -134,8 +134,8 @@ static double fourth_difference(double past[5], double now) {
     return past[0] - 4.0 * past[1] + 6.0 * past[2] - 4.0 * past[3] + past[4];
 }
 
-/* Adds to *square the squared acceleration of the platform that these valve openings correspond to,
- * to *white its noise part, and to leg_square that of each leg. */
+/* Adds to *square the squared acceleration of the platform that corresponds to these valve
+ * openings, to *white the noise in it, and to leg_square the squared acceleration of each leg. */
 static void take_valves(const struct oscillation *o, struct oscillation_valves *v, const double opening[LEGS], double *square,
                         double *white, double leg_square[LEGS]) {
     double mps2[DOFS] = {0}, fourth_mps[DOFS] = {0};
@@ -161,8 +161,8 @@ static void take_command(struct oscillation *o, const double valve[LEGS]) {
     if (o->jumps) take_valves(o, &o->commanded, valve, &o->sum.commanded, &o->sum.white, o->sum.leg);
 }
 
-/* SAFETY: without trusted forces, or with an unknown inertia, forced counts as infinite, so that no
- * jump of the commands is disregarded. */
+/* SAFETY: without trusted forces, or with an unknown inertia, `forced` counts as infinite, so that
+ * jumps of the commands are not disregarded. */
 static void take_force(struct oscillation *o, const double force_n[LEGS]) {
     double mps2[DOFS] = {0};
     if (!force_n || !o->weighs) {
@@ -182,7 +182,7 @@ static void take_force(struct oscillation *o, const double force_n[LEGS]) {
     }
 }
 
-/* Returns the root of the second smallest mean square, which four of the five blocks reach. */
+/* Returns the root of the second smallest mean square; four of the five blocks reach it. */
 static double four_of_five(const double square[OSCILLATION_BLOCKS]) {
     double least = (double)INFINITY, second = (double)INFINITY;
     for (int n = 0; n < OSCILLATION_BLOCKS; n++) {
@@ -215,8 +215,8 @@ static void judge(struct oscillation *o) {
     }
     double allowed[] = {o->limit_mps2 + OSCILLATION_ASKED * sqrt(asked_measured / OSCILLATION_BLOCKS),
                         o->limit_mps2 + OSCILLATION_ASKED * sqrt(asked_commanded / OSCILLATION_BLOCKS)};
-    /* SAFETY: opened counts by itself; commanded, which also contains jumps through the dead band,
-     * counts only together with forced. */
+    /* SAFETY: `opened` counts by itself; `commanded`, which also contains jumps through the dead
+     * band, counts only together with `forced`. */
     double jump_mps2 = fmin(four_of_five(commanded), four_of_five(forced) - o->limit_mps2);
     double found[] = {four_of_five(measured), fmax(four_of_five(opened), jump_mps2)};
     int worse = found[1] - allowed[1] > found[0] - allowed[0];
@@ -224,7 +224,7 @@ static void judge(struct oscillation *o) {
     o->legs = o->found_mps2 > o->allowed_mps2 ? swinging_legs(o) : 0;
 }
 
-/* Turns the sums of a complete block into its means, except those of the legs. */
+/* Divides the sums of a complete block, except those of the legs, by its number of cycles. */
 static void close_block(struct oscillation *o) {
     struct oscillation_block *s = &o->sum;
     double *const sums[] = {&s->measured,     &s->commanded,    &s->opened,         &s->forced,         &s->white,

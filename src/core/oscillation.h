@@ -43,8 +43,8 @@
 #include "kinematics.h"
 #include "valve_flow.h"
 
-/* Factor of the requested acceleration in the limit; a loop that follows its reference badly, but
- * is stable, reaches 1.5 times the requested acceleration. */
+/* Factor of the requested acceleration in the limit. A stable loop that follows its reference badly
+ * reaches 1.5 times the requested acceleration. */
 #define OSCILLATION_ASKED 1.8
 
 enum {
@@ -52,60 +52,63 @@ enum {
     OSCILLATION_BLOCKS = 5,
 };
 
-/* Mean squares of accelerations over a block, (m/s^2)^2; `leg` has sums of squares. */
+/* Mean squares of accelerations over a block, (m/s^2)^2; in `leg`, sums of squares. */
 struct oscillation_block {
-    double measured, commanded, opened, forced; /* forced: infinite without valid pressures or
-                                                 * inertia */
-    /* parts of commanded, opened and forced that are white noise, assuming that their fourth
-     * differences contain nothing else */
+    double measured, commanded, opened, forced; /* `forced` is infinite if pressures are not valid,
+                                                 * or the inertia is unknown */
+    /* white noise in commanded, opened and forced, as if their fourth differences were white noise
+     * alone */
     double white, opened_white, forced_white;
-    double asked_measured, asked_commanded; /* acceleration of the reference, by steps of 16 ms and
-                                             * of one cycle */
-    double leg[LEGS];        /* each leg's own part of `opened`, and of `commanded` where that is
-                              * computed */
+    double asked_measured, asked_commanded; /* acceleration of the reference, from second
+                                             * differences with steps of 16 ms and of one cycle */
+    double leg[LEGS];        /* sum of squares of each leg's own acceleration by its opening, and by
+                              * its command if `commanded` is computed */
 };
 
 struct oscillation {
     /* the members up to `past` are constant for a configuration */
     double limit_mps2, period_s;
     double arm_m;            /* kinematics.arm_m, which converts angles to lengths */
-    double to_platform[LEGS][DOFS]; /* converts leg rates to rates of the platform, angles times
-                                     * arm_m */
-    double push[LEGS][DOFS]; /* acceleration of the platform per leg force, angles times arm_m,
-                              * 1/kg */
-    double slower;           /* coefficient of the low-pass: each cycle adds slower * (force -
-                              * slow_n) to slow_n */
+    double to_platform[LEGS][DOFS]; /* converts leg rates to rates of the platform, with angles
+                                     * multiplied by arm_m */
+    double push[LEGS][DOFS]; /* acceleration of the platform per leg force, with angles multiplied
+                              * by arm_m, 1/kg */
+    double slower;           /* coefficient of the forces' low-pass: each cycle adds slower * (force
+                              * - slow_n) to slow_n */
     bool weighs;             /* false: `push` is unknown, because the inertia could not be
                               * computed */
-    bool jumps;              /* the law `model` jumps through a configured dead band: `commanded`
-                              * and `forced` are computed */
-    struct valve_flow valve[LEGS]; /* configured valves, for null and dead band */
+    bool jumps;              /* `commanded` and `forced` are computed, because the law `model` jumps
+                              * through a configured dead band */
+    struct valve_flow valve[LEGS]; /* valves as configured, of which null and dead band are used */
     double speed_mps[LEGS];  /* speed of each leg at full opening, if half the supply pressure drops
                               * at each port */
-    double follows;          /* coefficient of each of a valve's two first-order lags: each cycle
-                              * adds follows * (input - output) to its output */
-    double white;            /* for a leg's commanded speed that is white noise: mean square of the
-                              * resulting acceleration over mean square of the speed's fourth
-                              * difference, 1/s^2 */
+    double follows;          /* coefficient of both first-order lags of a valve: each cycle adds
+                              * follows * (input - output) to a lag's output */
+    double white;            /* ratio for white noise: mean square of a leg's acceleration over mean
+                              * square of the fourth difference of its commanded speed, 1/s^2 */
     int lag, every;          /* number of cycles in 16 ms, and in a block */
     int past;                /* number of poses kept: 2 lag + 1 */
-    /* the members below have been collected since driving began */
+    /* the members below are collected while the valves are driven */
     double pose[OSCILLATION_PAST][DOFS], ref[OSCILLATION_PAST][DOFS];
-    /* Leg speeds that correspond to the commands, and likewise to the openings: the last five,
-     * newest first, and the newest after the valve's first and second lag. */
+    /* Leg speeds that correspond to the commands (commanded) and to the openings (opened).
+     * asked_mps: last five, newest first. half_mps, valve_mps: newest one after the valve's first
+     * and after its second lag. */
     struct oscillation_valves {
         double asked_mps[LEGS][5], half_mps[LEGS], valve_mps[LEGS];
     } commanded, opened;
-    double slow_n[LEGS], forced_mps2[DOFS][5]; /* part of the forces below 3 Hz; acceleration by the
-                                                * part above 3 Hz, newest first */
+    double slow_n[LEGS], forced_mps2[DOFS][5]; /* slow_n: part of the forces below 3 Hz.
+                                                * forced_mps2: acceleration by the part above 3 Hz,
+                                                * last five, newest first */
     bool knows_force;        /* slow_n has a value */
-    int newest, in_block;   /* index of the newest pose, and number of cycles of the block so far */
-    struct oscillation_block sum, block[OSCILLATION_BLOCKS]; /* sums of the current block; last
+    int newest, in_block;   /* index of the newest pose; number of cycles in the current block so
+                             * far */
+    struct oscillation_block sum, block[OSCILLATION_BLOCKS]; /* sums of the current block; complete
                                                               * blocks, newest first */
-    /* rms acceleration of the estimate that was worse after the last block, and its limit */
+    /* after the last block: rms acceleration of the estimate that exceeds its limit most (or comes
+     * nearest to it), and that limit */
     double found_mps2, allowed_mps2;
-    uint32_t legs;          /* fault_leg() bits of the legs whose valve commands oscillate most; 0:
-                             * no oscillation was found */
+    uint32_t legs;          /* fault_leg() bits of the legs whose commands oscillate most; 0: no
+                             * oscillation was found */
 };
 
 /* Initialises the monitor. k must come from kinematics_init(), so that it is regular at neutral. */
@@ -114,10 +117,10 @@ void oscillation_init(struct oscillation *o, const struct params *params, const 
 /* Restarts the monitor when driving begins, at rest in this pose. */
 void oscillation_reset(struct oscillation *o, const double pose[DOFS]);
 
-/* Adds a cycle with a trusted sample: the sample's pose, the reference at the same time, the
- * command computed from it, and the legs' forces (NULL: the sample's pressures are not trusted).
- * The caller leaves out cycles without a trusted sample. Returns true if the platform oscillates
- * according to the complete blocks. */
+/* Adds a cycle: the pose of a trusted sample, the reference at the same time, the command computed
+ * from them, and the legs' forces (NULL if the sample's pressures are not trusted). The caller
+ * leaves out cycles without a trusted sample. Returns true if the platform oscillates, as judged
+ * after the last complete block. */
 bool oscillation_step(struct oscillation *o, const double pose[DOFS], const double ref[DOFS], const double valve[LEGS],
                       const double force_n[LEGS]);
 

@@ -28,12 +28,12 @@ struct pid {
     double feedback_cut;   /* 1 - s; the caller sets it before each step, pid_reset() sets it to
                             * 0 */
     double output;         /* output u of the last step */
-    bool saturated;        /* the last output u, or the command that law `model` made from it, was
-                            * clamped */
+    bool saturated;        /* the last output u, or the command that the law `model` computed from
+                            * it, was clamped */
 };
 
-/* Starts without a bump: no error, no reference rate, force filter settled. A first step with Lref
- * = L = length_m and f = force_n gives 0. */
+/* Starts without a bump: no error, no reference rate, force filter settled. If the first step has
+ * Lref = L = length_m and f = force_n, its output is 0. */
 void pid_reset(struct pid *c, double length_m, double force_n);
 
 double pid_step(struct pid *c, const struct control_params *g, double dt_s, double ref_m, double length_m, double force_n);
@@ -45,19 +45,20 @@ double pid_step_forward(struct pid *c, const struct control_params *g, double dt
 /* Readings of a leg whose reference rests. */
 struct pid_reading {
     double length_m, force_n;
-    double ref_force_n; /* high-passed force that the reference itself needs; kpf feeds back only
-                         * the difference from it. 0 with law `pid` */
+    double ref_force_n; /* part of the leg force above the force filter's low-pass that the
+                         * reference itself needs; kpf feeds back only the difference from it. 0
+                         * with the law `pid` */
 };
 
-/* Prepares a bumpless change of gains while the reference rests: changes the integral so that the
- * next step, with this reading and the gains `to`, has the output that the gains `from` would have
- * given. Returns false, and changes nothing, if the integral would exceed its limit. */
+/* Prepares a bumpless change of gains while the reference rests: sets the integral so that the next
+ * step with the gains `to` and this reading has the output that the gains `from` would give.
+ * Returns false, and changes nothing, if the integral would exceed its limit. */
 bool pid_change(struct pid *c, const struct control_params *from, const struct control_params *to, double dt_s,
                 const struct pid_reading *reading);
 
-/* Replaces pid_step() in a cycle without a trusted sample: the caller holds the last u, and
- * Lref_prev becomes this reference, so that the next step does not contain several cycles of
- * reference motion. */
+/* Replaces pid_step() in a cycle without a trusted sample. The caller holds the last u. Lref_prev
+ * becomes this reference, so that the next step does not contain the reference motion of several
+ * cycles. */
 void pid_hold(struct pid *c, double ref_m);
 
 #endif

@@ -8,15 +8,15 @@
 #include "params.h"
 #include "units.h"
 
-static const double HELD = 0.1; /* largest error of a leg with which the gains may change at
-                                 * neutral, as a share of limits.following_m */
+static const double HELD = 0.1; /* largest error of any leg, as a share of limits.following_m, at
+                                 * which the gains may change at neutral */
 
 enum {
     GOOD_SAMPLES = 50,  /* number of consecutive good samples after which the sensors are trusted */
-    INIT_PATIENCE = 1000,  /* level of the bucket of bad samples at which a fault is latched while
-                            * waiting for the sensors */
-    INIT_CYCLES = 2 * INIT_PATIENCE, /* number of cycles in which the sensors must become good;
-                                      * after them a single bad sample is a fault */
+    INIT_PATIENCE = 1000,  /* level of the bucket of bad samples at which a fault is latched in
+                            * STATE_INIT, which waits for the sensors */
+    INIT_CYCLES = 2 * INIT_PATIENCE, /* number of cycles of STATE_INIT in which the sensors must
+                                      * become good; after them a single bad sample is a fault */
 };
 
 int platform_init(struct platform *p, const struct params *params, struct error *error) {
@@ -43,11 +43,11 @@ uint32_t platform_wrong(const struct platform *p) {
     return interlock_wrong(&p->params->interlocks, supervisor_powers(p->supervisor.state), p->inputs);
 }
 
-/* NaN is never inside */
+/* false for NaN */
 static bool inside(double x, double lo, double hi) { return x >= lo && x <= hi; }
 
-/* SAFETY: returns SAMPLE_STALE if the device's count has not increased, else 0. A hanging device
- * may repeat its last sample with fresh time stamps; only its own count shows that. */
+/* SAFETY: returns SAMPLE_STALE if device_seq has not increased, else 0. A device that hangs may
+ * repeat its last sample with fresh time stamps; only device_seq shows that. */
 static uint32_t count_says(struct platform *p, const struct hal_sample *in) {
     if (in->flags & SAMPLE_IO) return 0;
     bool anew = in->device_seq == 0 || (int64_t)(in->device_seq - p->device_seq) > 0;
@@ -64,8 +64,8 @@ static double age_s(const struct platform *p, const struct hal_sample *in) {
 /* Result of judging a sample by the limits. */
 struct judgement {
     uint32_t faults;              /* FAULT_... bits and the bits of their legs */
-    uint32_t asked;               /* fault for which `measure` gets the value furthest beyond its
-                                   * limit; 0: none */
+    uint32_t asked;               /* fault for which judge() puts the value furthest beyond its
+                                   * limit into `measure`; 0: none */
     double beyond;           /* excess of that furthest value over its limit */
     struct fault_measure measure; /* leg, value and limit of that furthest value */
 };
@@ -81,8 +81,8 @@ static inline void judge(struct judgement *j, uint32_t fault, int leg, double va
     j->measure = (struct fault_measure){.leg = leg, .value = value, .limit = value < least ? least : most};
 }
 
-/* Returns the time since the last good sample by the count of cycles or by the clock, whichever
- * is longer, because deadlines may have been missed. */
+/* Returns the time since the last good sample. Deadlines may have been missed, so it is the longer
+ * one of the times by the count of cycles and by the clock. */
 static double since_good_s(const struct platform *p, const struct hal_sample *in) {
     return fmax((double)(p->seq - p->good_seq) * p->params->loop.period_s, seconds_from_ns(in->time_ns) - seconds_from_ns(p->good_ns));
 }
@@ -98,7 +98,7 @@ static void judge_legs(struct judgement *j, const struct platform *p, const stru
         judge(j, FAULT_PRESSURE_SENSOR, i, in->p2_pa[i], l->pressure_min_pa, l->pressure_max_pa);
         judge(j, FAULT_STROKE, i, length_m, l->length_min_m[i], l->length_max_m[i]);
         if (p->good_seq >= 0) judge(j, FAULT_LEG_RATE, i, fabs(length_m - p->length_m[i]) / elapsed_s, 0.0, l->leg_rate_mps);
-        /* a force of NaN comes from a pressure of NaN, which is a pressure fault already */
+        /* the force is NaN only if a pressure is, which is a pressure fault already */
         if (!isnan(force_n)) judge(j, FAULT_FORCE, i, force_n, -l->force_n, l->force_n);
         /* SAFETY: with the supply on, a stuck spool moves its leg even before the valves are
          * driven. */
@@ -108,7 +108,8 @@ static void judge_legs(struct judgement *j, const struct platform *p, const stru
 }
 
 static void judge_common(struct judgement *j, const struct platform *p, const struct hal_sample *in) {
-    /* rounded to whole nanoseconds like the age, so that an age at the limit is no fault */
+    /* the limit is rounded to whole nanoseconds like the age, so that an age at the limit is no
+     * fault */
     double oldest_s = seconds_from_ns(ns_from_seconds(p->params->limits.sensor_age_s));
     judge(j, FAULT_SENSOR_AGE, -1, age_s(p, in), 0.0, oldest_s);
     judge(j, FAULT_OVERRUN, -1, p->overruns, 0.0, nextafter(p->params->loop.overrun_limit, 0.0));
@@ -116,7 +117,7 @@ static void judge_common(struct judgement *j, const struct platform *p, const st
     judge(j, FAULT_OSCILLATION, -1, p->oscillation.found_mps2, 0.0, p->oscillation.allowed_mps2);
 }
 
-/* Judges a sample by all limits, but by those of the legs only if it has no SAMPLE_IO. */
+/* Judges a sample by all limits. With SAMPLE_IO the legs' readings are not judged. */
 static struct judgement judge_sample(const struct platform *p, const struct hal_sample *in, uint32_t asked) {
     struct judgement j = {.asked = asked, .measure = {.leg = -1, .value = (double)NAN, .limit = (double)NAN}};
     judge_common(&j, p, in);
@@ -124,7 +125,7 @@ static struct judgement judge_sample(const struct platform *p, const struct hal_
     return j;
 }
 
-/* Returns the largest length error, m, that remains when forward kinematics gives up. */
+/* Returns the largest length error, m, with which forward kinematics gives up. */
 static double misfit_m(const struct platform *p, const struct hal_sample *in) {
     double pose[DOFS];
     memcpy(pose, p->pose, sizeof pose);
@@ -166,9 +167,9 @@ static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
     return suspect;
 }
 
-/* SAFETY: updates the range of each leg's reference since the leg's length reading last changed. No
- * other check detects a transducer whose reading is stuck: its leg runs away while the reading and
- * the other legs look right. */
+/* SAFETY: updates the range over which each leg's reference has moved since the reading of the
+ * leg's length last changed. No other check detects a transducer whose reading is stuck: its leg
+ * runs away while this reading and the other legs look right. */
 static void watch_standstill(struct platform *p, const struct hal_sample *in) {
     for (int i = 0; i < LEGS && !(in->flags & SAMPLE_IO); i++) {
         double ref_m = p->leg_ref_m[i];
@@ -180,8 +181,8 @@ static void watch_standstill(struct platform *p, const struct hal_sample *in) {
 }
 
 /* SAFETY: counts deadlines missed in a row, in one long delay or in several late cycles. At the
- * limit a device's watchdog may already have centred the valves without the loop's knowledge, so
- * the previous command must not be continued. */
+ * limit, a device's watchdog may have centred the valves without the loop's knowledge, so the loop
+ * must not continue the previous command. */
 static void count_overruns(struct platform *p, const struct hal_sample *in) {
     int64_t count = p->overruns + in->missed, limit = p->params->loop.overrun_limit;
     p->overruns = in->missed > 0 ? (int)(count < limit ? count : limit) : 0;
@@ -219,8 +220,8 @@ static uint32_t observe(struct platform *p, const struct hal_sample *in) {
 }
 
 /* Returns the level of the leaky bucket at which bad samples become a fault. A level of 1 tolerates
- * no bad sample. SAFETY: it is 1 for two masters, because neither knows where the platform goes
- * next, and for switches, because a person operated them on purpose. It is also 1 for faults that
+ * no bad sample. SAFETY: the level is 1 for a second master, because neither master knows where the
+ * platform goes next; for switches, because a person operated them on purpose; and for faults that
  * were observed for long enough before: an oscillation, contacts that contradict each other, and,
  * except in STATE_INIT, overruns. In STATE_INIT a device whose samples are alternately good and bad
  * would never fill the bucket, so after INIT_CYCLES one bad sample is enough for a fault. */
@@ -244,11 +245,11 @@ static enum trigger commanded(struct platform *p, struct request request) {
 
 static double in_state_s(const struct platform *p) { return (double)p->ticks * p->params->loop.period_s; }
 
-/* SAFETY: closing the last interlock must not start the machine, so an input that is open before
- * the supply is on ends an automatic run, whatever else is doubtful in the sample. Lingering
- * pressure ends it only once the platform is settled. Samples with SAMPLE_IO or SAMPLE_INVALID are
- * left out, because their inputs may be unknown; a stale sample counts, because on CAN its inputs
- * are newer than the rest of it. */
+/* SAFETY: closing the last interlock must not start the machine. So an automatic run ends if an
+ * input is open before the supply is on, whatever else is doubtful in the sample. Lingering
+ * pressure ends the run only once the platform is settled. Samples with SAMPLE_IO or SAMPLE_INVALID
+ * are left out, because their inputs may be unknown. A stale sample counts, because on CAN its
+ * inputs are newer than its readings. */
 static void end_automatic(struct platform *p, const struct hal_sample *in) {
     uint32_t wrong = platform_wrong(p);
     if (p->supervisor.state != STATE_SETTLED) wrong &= ~(uint32_t)INPUT_LINGERS;
@@ -257,7 +258,7 @@ static void end_automatic(struct platform *p, const struct hal_sample *in) {
     p->automatic = false, p->opened = wrong;
 }
 
-/* Returns the request that `motion.automatic` makes by itself: engage, test, park. */
+/* Returns the request that an automatic run makes now: engage, start or park. */
 static enum trigger automatic(struct platform *p) {
     bool left = p->test < tests_count(&p->params->tests);
     if (!p->automatic) return TRIGGER_NONE;
@@ -313,7 +314,7 @@ static void enter(struct platform *p, const struct transition *row) {
         test_begin(p);
         break;
     case STATE_PARKING:
-        /* if a test must be ramped out first, ended() begins the move down */
+        /* if a test must be ramped out first, ended() begins the move to the parked pose */
         if (!row->ramp_out) move_to(p, p->params->motion.park_z_m, p->params->motion.park_s);
         break;
     default: p->automatic = false; break;
@@ -394,22 +395,23 @@ static void rest(struct platform *p) {
     memcpy(p->ref, p->pose, sizeof p->ref);
 }
 
-/* SAFETY: toggles the supply output in every cycle in which the supply is to be on. This life sign
- * ends when the daemon dies or a fault stops the platform. */
+/* SAFETY: toggles the supply output in every cycle in which the supply is to be on. These changes
+ * are the life sign; it ends when the daemon dies or a fault stops the platform. */
 static void power(struct platform *p) {
     if (supervisor_powers(p->supervisor.state)) p->command.supply = !p->command.supply;
 }
 
-/* Reacts to faults: stops the platform at once if this sample demands it; otherwise parks it as
- * long as a fault is latched. */
+/* Reacts to faults: stops the platform at once if this sample's reaction is to stop; otherwise
+ * parks it while a fault is latched. */
 static void react(struct platform *p, enum reaction reaction) {
     if (reaction == REACTION_STOP) apply(p, TRIGGER_FAULT);
     else if (p->supervisor.faults) apply(p, TRIGGER_PARK);
 }
 
-/* Ends STATE_PRESSURISING once there is pressure and the sample is good. If no pressure switch is
- * wired, pressure counts as present after interlocks.pressure_s, or at once if no supply output is
- * wired, either. Returns FAULT_SUPPLY if there is no pressure in time, otherwise 0. */
+/* Ends STATE_PRESSURISING once the supply has pressure and the sample is good. Without a wired
+ * pressure switch, pressure counts as present after interlocks.pressure_s; if the supply output
+ * is not wired either, at once. Returns FAULT_SUPPLY if pressure does not come in time,
+ * otherwise 0. */
 static uint32_t await_pressure(struct platform *p, bool good) {
     const struct interlock_params *i = &p->params->interlocks;
     bool over = in_state_s(p) >= i->pressure_s;
@@ -431,8 +433,8 @@ static bool at_rest(const struct platform *p, uint32_t suspect) {
     return true;
 }
 
-/* Changes the gains of all legs without a bump, or of none. Returns false if they may not change
- * now. Under the law `model` kpf feeds back only the difference from the reference force. */
+/* Changes the gains of all legs without a bump, or of no leg. Returns false if the gains may not
+ * change now. Under the law `model` kpf feeds back only the difference from the reference force. */
 static bool change_gains(struct platform *p, const struct gains *gains, uint32_t suspect) {
     struct gains from = gains_of(&p->control);
     struct control_params to = p->control;
@@ -477,7 +479,7 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
     if (s->first_fault != headline) p->measure = measure_of(p, in, s->first_fault);
     react(p, reaction);
     if (s->good >= GOOD_SAMPLES) apply(p, TRIGGER_SENSORS_GOOD);
-    /* a cause that persists has latched the fault again, so the reset had no effect */
+    /* the cause persists and has latched the fault again, so the reset had no effect */
     if (asked == TRIGGER_RESET && s->state == STATE_FAULT) p->request_taken = false;
     p->ticks++;
 

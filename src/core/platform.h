@@ -1,5 +1,5 @@
-/* The controller: platform_step(), one pure function from sample and request to command. Replay,
- * tests and `hexid gap` call it, too. RT, no heap. */
+/* The controller: platform_step(), one pure function from sample and request to command. The loop,
+ * replays, tests and `hexid gap` call it. RT, no heap. */
 #ifndef HEXID_PLATFORM_H
 #define HEXID_PLATFORM_H
 
@@ -17,9 +17,9 @@
 
 struct platform {
     const struct params *params;
-    const struct trajectory *trajectory; /* trajectory that replaces the sinusoids of the tests,
-                                          * NULL: none; the caller sets it between platform_init()
-                                          * and the first step */
+    const struct trajectory *trajectory; /* trajectory that replaces the tests' sinusoids; NULL:
+                                          * none; the caller sets it between platform_init() and the
+                                          * first step */
     struct kinematics kinematics;
     struct cylinder_areas areas;
     struct oil_column column[LEGS];
@@ -31,35 +31,37 @@ struct platform {
     struct model_law model;      /* used with control.law model */
     struct control_params control; /* present gains, initially the configured ones */
     int64_t set_seq;             /* cycle in which the gains were last changed; -1: never */
-    /* the group below comes from earlier samples */
+    /* the members below, up to anew_seq, come from earlier samples */
     double pose[DOFS];           /* last pose found, the start value of the next forward
                                   * kinematics */
-    double length_m[LEGS], force_n[LEGS]; /* leg lengths, and leg forces from the last trusted
-                                           * pressures */
+    double length_m[LEGS], force_n[LEGS]; /* leg lengths of the last good sample, and leg forces
+                                           * from the last trusted pressures */
     double still_m[LEGS];        /* length of each leg in the previous sample */
-    double still_low_m[LEGS], still_high_m[LEGS]; /* range of the leg's reference since the length
-                                                   * in the samples last changed */
+    double still_low_m[LEGS], still_high_m[LEGS]; /* range over which each leg's reference has moved
+                                                   * since the reading of the leg's length last
+                                                   * changed */
     int64_t good_seq, good_ns;   /* cycle and time of the last good sample; cycle -1: none yet */
-    uint64_t device_seq;         /* the device's count in the previous sample */
-    int64_t anew_seq;            /* cycle in which the device's count last increased */
+    uint64_t device_seq;         /* device_seq of the previous sample */
+    int64_t anew_seq;            /* last cycle with a new sample, by device_seq */
     struct fault_measure measure; /* value and limit of supervisor.first_fault */
     int overruns;              /* number of deadlines missed in a row, at most loop.overrun_limit */
-    /* last reference and command */
+    /* reference of the last cycle: pose, rate, acceleration, leg lengths */
     double ref[DOFS], ref_rate[DOFS], ref_accel[DOFS], leg_ref_m[LEGS];
     struct hal_command command;  /* last command; it is held while samples are bad */
     uint32_t inputs;             /* inputs as last read: INPUT_... */
     struct interlock_watch watch;
-    uint32_t contradicted;     /* inputs whose contacts have contradicted each other for too long */
+    uint32_t contradicted;     /* inputs whose two contacts have contradicted each other for longer
+                                * than interlocks.discrepancy_s */
     /* state of the controller, and progress through the list of tests */
     int test;                    /* index of the current or next test */
     int64_t ticks;               /* number of cycles in this state */
-    bool stopping;               /* the latest tests were ended by a stop, or are being ramped out
-                                  * by one */
+    bool stopping;               /* a stop has ended the latest tests, or is ramping out the present
+                                  * one */
     bool request_taken;          /* the last request had an effect */
     uint32_t opened;             /* wrong inputs that ended the automatic run; 0: none */
     bool automatic;              /* the platform engages, tests and parks without requests; becomes
-                                  * false when it has parked, after a stop, a park or a fault, and
-                                  * if an input is wrong before the supply is on */
+                                  * false when the platform has parked, after a stop, a park or a
+                                  * fault, and if an input is wrong while the supply is off */
     int64_t seq;
 };
 

@@ -7,7 +7,7 @@
 #include "params/tests.h"
 #include "units.h"
 
-/* Shortest braking time. It bounds the rate of change of the acceleration. */
+/* Shortest braking time; it limits the rate of change of the acceleration. */
 static const double brake_least_s = 0.25;
 
 static int64_t ticks_of(double seconds, double dt_s) { return llround(seconds / dt_s); }
@@ -124,7 +124,8 @@ static void rest(const double pose[DOFS], double motion[MOTION_ORDERS][DOFS]) {
     memcpy(motion[MOTION_POSE], pose, sizeof motion[MOTION_POSE]);
 }
 
-/* Returns true once a move has ended; the caller then uses r->to, which has no rounding errors. */
+/* Returns true once a move has ended. The caller then uses r->to, so that no rounding error of the
+ * polynomials remains. */
 static bool arrived(const struct reference *r, double time_s, double dt_s) { return r->brake_s + r->travel_s - time_s <= 1e-9 * dt_s; }
 
 static void move_motion(const struct reference *r, double time_s, double dt_s, double motion[MOTION_ORDERS][DOFS]) {
@@ -166,8 +167,8 @@ static void test_motion(const struct reference *r, const struct test_params *t, 
     }
 }
 
-/* Computes the motion. ticks: time in cycles, not necessarily whole, since the start of the move or
- * of the test's ramp-in. */
+/* Computes the motion at a time in cycles, not necessarily whole, since the start of the move or of
+ * the test's ramp-in. */
 static void motion_at(const struct reference *r, const struct test_params *t, double ticks, double dt_s,
                       double motion[MOTION_ORDERS][DOFS]) {
     switch (r->mode) {

@@ -43,8 +43,10 @@ struct reference {
     double from[DOFS], to[DOFS]; /* start and end of a move; a hold stays at `to` */
     double rate_from[DOFS], accel_from[DOFS]; /* rate and acceleration at the start of a move */
     double brake_s, travel_s;    /* durations of the two parts of a move */
-    double turn[DOFS];           /* pose at which braking ends and travel begins */
-    enum dof dof;                /* axis that is tested; DOF_NONE: several axes */
+    double turn[DOFS];           /* pose at which the braking part ends and the travelling part
+                                  * begins */
+    enum dof dof;                /* axis of the test; DOF_NONE: a test of several axes, or no
+                                  * test */
     const struct trajectory *trajectory; /* trajectory of the test; NULL: none */
     int64_t ramp_out_tick;       /* cycle at which a test's ramp-out begins */
 };
@@ -53,8 +55,8 @@ struct reference_sample {
     double pose[DOFS];
     enum phase phase;            /* phase of the test; PHASE_NONE outside a test */
     double test_time_s;
-    bool done;                   /* the move or test has ended, and the reference holds from here
-                                  * on; true in a hold, too */
+    bool done;                   /* the move or test has ended, and the reference holds its pose
+                                  * from here on; always true in a hold */
 };
 
 void reference_hold(struct reference *r, const double pose[DOFS]);
@@ -77,25 +79,26 @@ void reference_move(struct reference *r, const struct move_start *from, const do
  * limits require it. */
 double reference_park_s(const struct motion_params *motion, double asked_s);
 
-/* Returns the duration of a run that is not stopped early, from STATE_SETTLED to the parked
- * platform. A trajectory counts with tests.duration_s. */
+/* Returns the duration of an automatic run that is not stopped early, from STATE_SETTLED to the
+ * parked platform, without STATE_PRESSURISING. A trajectory counts with tests.duration_s. */
 double reference_run_s(const struct motion_params *motion, const struct test_params *tests);
 
 /* Begins a test. dof: axis of its sinusoid. With DOF_NONE the test follows the trajectory, which
- * must outlive the test; if that is NULL, a multisine if t->multisine, else it stays at neutral. */
+ * must outlive the test. If trajectory is NULL, too, the test is a multisine if t->multisine is
+ * set, else it stays at neutral. */
 void reference_test(struct reference *r, enum dof dof, const struct trajectory *trajectory, const struct test_params *t, double dt_s);
 
-/* Ends a test early: its ramp-out begins, while its motion continues. Has no effect on a hold or a
- * move. */
+/* Ends a test early: the ramp-out begins, during which the test's motion continues. Has no effect
+ * on a hold or a move. */
 void reference_stop(struct reference *r);
 
 struct reference_sample reference_step(struct reference *r, const struct test_params *t, double dt_s);
 
-/* Computes pose, rate, acceleration and jerk by their formulas for the instant ahead_s >= 0 after
- * the pose that reference_step() returned last. It assumes that no request comes in between: after
- * the end of a move or test the reference holds. With ahead_s = 0 it returns that last pose to the
- * last bit. The acceleration is continuous in a move; in a test it may jump at either end of a
- * ramp. The jerk jumps wherever two polynomials meet. */
+/* Computes pose, rate, acceleration and jerk by their formulas for the instant that is ahead_s >= 0
+ * after the last pose returned by reference_step(). Requests that may come before that instant are
+ * ignored; after the end of a move or test the reference holds. With ahead_s = 0 the pose is that
+ * last one to the last bit. The acceleration is continuous in a move; in a test it may jump at
+ * either end of a ramp. The jerk jumps wherever two polynomials meet. */
 void reference_motion(const struct reference *r, const struct test_params *t, double dt_s, double ahead_s,
                       double motion[MOTION_ORDERS][DOFS]);
 

@@ -75,9 +75,9 @@ void supervisor_clear(struct supervisor *s) {
     s->good = s->bad = s->doubtful = 0;
 }
 
-/* SAFETY: counts a sample in a leaky bucket; returns true if the faults are to be latched. The
- * bucket rises by one with each bad sample and falls by one with each good one. At `limit` the
- * faults latch; below it the last command is held. A limit of 1 tolerates no bad sample. */
+/* SAFETY: counts a sample in a leaky bucket; returns true if the faults must be latched. The bucket
+ * rises by one with each bad sample and falls by one with each good sample. At `limit` the faults
+ * are latched; below it the last command is held. A limit of 1 tolerates no bad sample. */
 static bool full(int *bucket, uint32_t suspect, int limit) {
     if (suspect) *bucket += *bucket < limit;
     else *bucket -= *bucket > 0;

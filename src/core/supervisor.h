@@ -17,7 +17,7 @@
 
 enum trigger {
     TRIGGER_NONE,
-    TRIGGER_SENSORS_GOOD, /* samples have been plausible for long enough */
+    TRIGGER_SENSORS_GOOD, /* samples have been good for long enough */
     TRIGGER_ENGAGE,
     TRIGGER_PRESSURE,     /* the supply has pressure */
     TRIGGER_ARRIVED,      /* a move has ended */
@@ -31,19 +31,20 @@ enum trigger {
 
 struct supervisor {
     enum state state;
-    uint32_t faults, first_fault; /* latched faults, and that one of them which is the headline */
+    uint32_t faults, first_fault; /* latched faults, and the one that is the headline */
     int bad;                      /* level of a leaky bucket of samples with stopping faults */
     int doubtful;                 /* level of a leaky bucket of samples with parking faults */
     int good;                     /* number of consecutive good samples */
-    uint32_t request_id;          /* id of the last request acted on */
+    uint32_t request_id;          /* id of the last request that was processed */
 };
 
 /* One row of the supervisor's transition table. */
 struct transition {
     enum state from;
     enum trigger trigger;
-    enum state to;                /* the next state; `from` if the state does not change */
-    bool ramp_out;                /* the running test is first ramped out early */
+    enum state to;                /* the next state; the same as `from` if the state does not
+                                   * change */
+    bool ramp_out;                /* the running test is first ramped out */
 };
 
 /* Returns the row for a trigger in a state; NULL: the trigger has no effect there. */
@@ -63,8 +64,8 @@ bool supervisor_powers(enum state state);
 void supervisor_clear(struct supervisor *s);
 
 /* Counts a sample with these faults (FAULT_... and fault_leg() bits; 0 for a good sample). If the
- * sample is bad and its bucket reaches `limit`, latches the faults and returns their reaction;
- * otherwise returns REACTION_NONE, even if a fault is already latched. */
+ * sample is bad and a bucket reaches `limit`, latches the faults and returns the reaction to them.
+ * Otherwise returns REACTION_NONE, even if an earlier fault is latched. */
 enum reaction supervisor_judge(struct supervisor *s, uint32_t suspect, int limit);
 
 #endif

@@ -15,10 +15,10 @@ static double slope(const struct trajectory *t, int i, int axis) {
  *
  *   h[i-1] b[i-1] + 2 (h[i-1] + h[i]) b[i] + h[i] b[i+1] = 6 (slope[i] - slope[i-1])
  *
- * A natural spline has unknowns at the inner knots. A periodic spline has one at the first knot,
- * too. This unknown neighbours the last one, which gives the tridiagonal matrix corner entries;
- * they are split off as a rank-one term (Sherman-Morrison formula; 0 for a natural spline). The
- * matrix is diagonally dominant. */
+ * A natural spline has an unknown at each inner knot. A periodic spline has one more, at the first
+ * knot. Its neighbours are the second knot and the last inner one, so that the tridiagonal matrix
+ * gets two corner entries; they are split off as a rank-one term (Sherman-Morrison formula), which
+ * is 0 for a natural spline. The matrix is diagonally dominant. */
 struct system {
     int size, first;      /* number of unknowns, and index of the first unknown's knot */
     double corner, gamma;
@@ -84,8 +84,7 @@ static double pass_s(const struct trajectory *t) { return t->knot[t->knots - 1].
 
 double trajectory_s(const struct trajectory *t) { return t->passes * pass_s(t); }
 
-/* Returns the index of the last knot at or before the time, but at most that of the last knot but
- * one. */
+/* Returns the index of the last knot at or before the time; never that of the very last knot. */
 static int find(const struct trajectory *t, double time_s) {
     int low = 0, high = t->knots - 1;
     while (high - low > 1) {

@@ -8,8 +8,8 @@
 
 #include "types.h"
 
-/* Order of the time derivative of a pose, the first index of a motion. Units: m and rad, and these
- * per s, s^2 and s^3. */
+/* Order of a pose's time derivative; it is the first index of the arrays `motion`. Units: m and
+ * rad, and these per s, s^2 and s^3. */
 enum motion_order { MOTION_POSE, MOTION_RATE, MOTION_ACCEL, MOTION_JERK, MOTION_ORDERS };
 
 struct trajectory_knot {
@@ -20,8 +20,8 @@ struct trajectory_knot {
 
 struct trajectory {
     int knots;              /* number of knots, at least 3 */
-    int passes;             /* number of passes; if there are several, the last knot's pose equals
-                             * the first's */
+    int passes;             /* number of passes; if it is above 1, the last knot has the pose of the
+                             * first */
     struct trajectory_knot *knot;
 };
 
@@ -32,9 +32,9 @@ bool trajectory_bend(struct trajectory *t);
 /* Returns the duration of all passes. */
 double trajectory_s(const struct trajectory *t);
 
-/* Computes pose, rate, acceleration and jerk at a time since the beginning of the first pass.
- * Before and after the passes the pose is extrapolated linearly, with the rate of the nearer end.
- * The jerk is constant between knots. RT: a search of at most 32 steps, no heap. */
+/* Computes pose, rate, acceleration and jerk at a time since the start of the first pass. Before
+ * the first and after the last pass, the pose is extrapolated in a straight line with the rate at
+ * that end. The jerk is constant between knots. RT: a search of at most 32 steps, no heap. */
 void trajectory_motion(const struct trajectory *t, double time_s, double motion[MOTION_ORDERS][DOFS]);
 
 /* Computes the pose alone, as trajectory_motion() does. */

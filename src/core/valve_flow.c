@@ -9,8 +9,8 @@
 
 /* Smallest pressure drop that counts, as a share of supply less tank pressure. */
 static const double LEAST_DROP = 0.01;
-/* Opening up to which the dead band is added in proportion: a few times the noise that the sensors
- * cause in the command. */
+/* Opening below which the dead band is added in proportion: a few times the noise of the command,
+ * which comes from the sensors. */
 static const double SMALL_OPENING = 0.002;
 
 /* Returns the value of an effect's first key on a leg, or `without` if the effect is off. */

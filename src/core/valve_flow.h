@@ -27,7 +27,7 @@ struct valve_flow {
     double least_m, most_m;      /* leg lengths at the end stops */
     double bulk_modulus_pa, leakage_m3_per_s_pa, supply_pa, tank_pa;
     double null;                 /* command at which the spool is in its middle position */
-    double delay_s;              /* delay from command to spool: lag of the spool and dead time */
+    double delay_s;              /* delay from command to spool: lag of the spool plus dead time */
     double dead;                 /* half the width of the valve's dead band, as a share of full
                                   * opening */
 };
@@ -41,21 +41,20 @@ struct oil_state {
  * valve_dead_band, valve_null_bias, valve_lag, command_delay and internal_leakage. */
 void valve_flow_init(struct valve_flow *flow, int leg, const struct params *params, const struct kinematics *k);
 
-/* Returns the opening at which the leg force changes at this rate, as a share of full opening; it
- * may be beyond +-1, which the valve cannot reach. A pressure drop counts as at least a hundredth
+/* Returns the opening, as a share of full opening, at which the leg force changes at this rate. A
+ * result beyond +-1 is more than the valve can open. A pressure drop counts as at least a hundredth
  * of supply less tank pressure. */
 double valve_flow_opening(const struct valve_flow *flow, const struct oil_state *oil, double force_rate_n_per_s);
 
 /* Advances the pressures by time_s in one explicit Euler step at this opening, and limits them to
- * between tank and supply. */
+ * the range from tank to supply. */
 void valve_flow_advance(const struct valve_flow *flow, struct oil_state *oil, double opening, double time_s);
 
-/* Changes both pressures so that the leg has this force, by as much as a small move of the piston
- * with the valve shut would; limits them to between tank and supply. length_m stays. */
+/* Changes both pressures so that the leg has this force, as a small move of the piston with the
+ * valve shut would; limits them to the range from tank to supply. length_m stays. */
 void valve_flow_load(const struct valve_flow *flow, struct oil_state *oil, double force_n);
 
-/* Returns the opening that belongs to a command in steady state: 0 within the dead band; NaN for
- * NaN. */
+/* Returns the steady-state opening for a command: 0 within the dead band; NaN for NaN. */
 double valve_flow_opened(const struct valve_flow *flow, double command);
 
 /* Returns the command for an opening: adds the null, and the dead band in the direction of the

@@ -11,8 +11,8 @@ enum { PLACES = 3, CORNERS = 729, SMOOTH = 3 };
 static const double LONGEST = 1.0 / 8.0, SHORTEST = 1.0 / 1024.0; /* longest and shortest step along
                                                                    * a path, as a share of the whole
                                                                    * path */
-static const double ROUNDING = 1.0 + 1e-6; /* factor that makes condition_bound() an upper bound in
-                                            * spite of its rounding error, even near a singular
+static const double ROUNDING = 1.0 + 1e-6; /* factor that keeps condition_bound() an upper bound in
+                                            * spite of its rounding errors, even near a singular
                                             * pose */
 
 /* Jacobian with its angles in units of 1/arm_m. */
@@ -39,8 +39,8 @@ static double determinant(double m[DOFS][DOFS]) {
 }
 
 /* Returns an upper bound of a matrix's condition number, 2 (|M|F / sqrt(n))^n / |det M|
- * (Guggenheimer, Edelman and Johnson 1995), in a tenth of the time that singular values take.
- * Infinite or NaN if the matrix is singular. */
+ * (Guggenheimer, Edelman and Johnson 1995), in a tenth of the time that singular values take. The
+ * bound of a singular matrix is infinite or NaN. */
 static double condition_bound(double j[LEGS][DOFS]) {
     double m[DOFS][DOFS], squares = 0.0;
     memcpy(m, j, sizeof m);
@@ -65,8 +65,9 @@ static void places(const struct kinematics *k, const struct params *p, double le
     }
 }
 
-/* A path from neutral: the share of it that was reached, and its worst pose if that is worse than
- * those of all earlier paths that reached their end. */
+/* A path from neutral. gone: share of the path that was followed. condition, worst_pose: largest
+ * condition number on this path and on all earlier paths that reached their end, and its pose if it
+ * is on this path. */
 struct way {
     double gone, condition;
     double pose[DOFS], worst_pose[DOFS]; /* end of the path, and its worst pose */
@@ -82,8 +83,8 @@ static void look(const struct kinematics *k, struct way *w) {
     memcpy(w->worst_pose, w->pose, sizeof w->worst_pose);
 }
 
-/* Follows a path on which all legs move in proportion. A step that takes more than SMOOTH Newton
- * iterations may have jumped to another assembly mode of the machine, so it is shortened. */
+/* Follows a path on which all legs move in proportion. If a step takes more than SMOOTH Newton
+ * iterations, it may have jumped to another assembly mode of the machine, so it is shortened. */
 static struct way go(const struct kinematics *k, const double to_m[LEGS], double worst) {
     struct way w = {.condition = worst};
     double length_m[LEGS], step = LONGEST;

@@ -106,10 +106,10 @@ static bool reachable(const struct sockaddr_in *group) {
     return is;
 }
 
-/* Opens the sending socket and leaves it unconnected: a connected one would have a fixed source
- * address and send by that address's interface, whatever the route to the group says, so that a
- * receiver who joined by the route would not get its messages. Its receive buffer has the smallest
- * size, because nothing is read from it. */
+/* Opens the sending socket and leaves it unconnected. A connected socket would have a fixed source
+ * address and send by the interface of that address, whatever the route to the group says; a
+ * receiver that joined the group by the route would then not get its messages. The socket's receive
+ * buffer has the smallest size, because nothing is read from it. */
 static bool open_sender(struct bus *b, int ttl) {
     unsigned char hops = (unsigned char)ttl, loop = 1;
     int least = 1;

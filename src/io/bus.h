@@ -58,8 +58,9 @@ struct bus_route {
 };
 struct bus_route bus_route(const struct bus *bus);
 
-/* Sends a message to the bus. Returns 0, or -1 if the system did not accept it at once; callers may
- * ignore that, because the stream is only for watching. Several threads may publish. */
+/* Sends a message to the bus. Returns 0, or -1 if the message or the name of its channel is too
+ * long, or if the system did not accept it at once; callers may ignore that, because the stream is
+ * only for watching. Several threads may publish. */
 int bus_publish(struct bus *bus, const char *channel, const void *data, int size);
 
 /* Starts to receive the channels whose names begin with the prefix, of at most 20 letters.
@@ -81,11 +82,12 @@ int bus_fd(const struct bus *bus);
 enum { BUS_DROPPED = 2 };
 int bus_receive(struct bus *bus, struct bus_message *message);
 
-/* Waits for a datagram, at most timeout_ms. Returns 1, 0 or STATUS_IO. */
+/* Waits for a datagram, at most timeout_ms. Returns 1: a datagram waits; 0: none came, or a signal
+ * ended the wait; STATUS_IO: the wait failed. */
 int bus_wait(struct bus *bus, int timeout_ms);
 
-/* Parses a datagram of the protocol. Returns false unless it is one whole short message. Pure; the
- * message points into the datagram. */
+/* Parses a datagram of the protocol. Returns false unless the datagram is a short message with a
+ * whole channel name. Pure; message->data points into the datagram. */
 bool bus_parse(const unsigned char *datagram, int size, struct bus_message *message);
 
 #endif

@@ -16,8 +16,8 @@ struct command_client {
     bool answered;                /* true if `answer` is valid */
 };
 
-/* Connects; retries for patience_ms while the daemon is busy. Returns 0, or -1 with errno as
- * machine_connect(). */
+/* Connects to the machine's socket NAME.stop (`stop`) or NAME; retries for patience_ms while the
+ * daemon is busy. Returns 0, or -1 with errno as machine_connect(). */
 int command_client_open(struct command_client *c, const struct machine_name *m, bool stop, int patience_ms);
 
 /* Replaces the connection, if any, by a new one; keeps the last answer. On failure nothing changes.
@@ -35,7 +35,7 @@ int command_client_send_gains(struct command_client *c, const struct gain_change
  * (OUTCOME_ENDED). LOST: the connection ended without such a last answer. */
 enum command_news { NEWS_NONE, NEWS_ANSWER, NEWS_LEFT, NEWS_LOST };
 
-/* Waits at most patience_ms for the answer to the last request, which is then in c->answer.
+/* Waits at most patience_ms for the answer to the last request; the answer is then in c->answer.
  * mask: signals blocked meanwhile (ppoll(2)); any other signal ends the wait with NEWS_NONE. With
  * mask NULL no signal ends the wait. */
 enum command_news command_client_wait(struct command_client *c, int patience_ms, const sigset_t *mask);

@@ -148,7 +148,8 @@ static int places_of(const struct command_place *place, uid_t user) {
     return count;
 }
 
-/* Returns the connection to close in order to make room; NULL if all are needed. */
+/* Returns the connection to close in order to make room, as command_server.h describes; NULL if all
+ * connections are needed. */
 static struct command_place *least_needed(struct command_server *s, enum command_socket kind) {
     struct command_place *place = s->place[kind], *best = NULL;
     int most = 0;

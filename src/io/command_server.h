@@ -3,13 +3,14 @@
  * nothing here blocks (except that before Linux 6.16 descriptors sent by a client can block a call;
  * the loop then parks: see local_socket() and loop_attend()).
  *
- * SAFETY: nothing can hold up a stop. NAME.stop has its own places; command_server_serve() takes
- * one packet from each connection and a bounded number of new connections; if all places are taken,
- * the user with most of them loses the connection that was silent for longest, unless it is needed
- * (command_handler.needs); and before a connection is closed, whatever the reason, the stops among
- * the first 64 packets that wait in it are taken. A client that does not read its answers is
- * disconnected. If a connection can be neither accepted nor replaced (no descriptors or memory),
- * the listener is left out of the next poll(), so that the loop does not spin. */
+ * SAFETY: nothing can hold up a stop. NAME.stop has its own places. command_server_serve() takes
+ * one packet from each connection and a bounded number of new connections. If all places are taken,
+ * a new connection replaces one that is not needed (command_handler.needs): the one that was silent
+ * for longest among those of the user with most places. Before a connection is closed, whatever the
+ * reason, the stops among the first 64 packets that wait in it are taken. A client that does not
+ * read its answers is disconnected. If a connection can be neither accepted nor replaced (no
+ * descriptors or memory), the listener is left out of the next poll(), so that the loop does not
+ * spin. */
 #ifndef HEXID_COMMAND_SERVER_H
 #define HEXID_COMMAND_SERVER_H
 
@@ -36,7 +37,8 @@ struct command_handler {
     /* Returns true if this peer waits for an answer or holds a lease; its connection is then not
      * closed to make room. */
     bool (*needs)(void *context, uint64_t peer);
-    /* Returns true if nothing is driven any more, so that no packet matters. NULL: never. */
+    /* Returns true if nothing is driven any more, so that no packet matters. over may be NULL;
+     * packets then always matter. */
     bool (*over)(void *context);
 };
 
@@ -61,9 +63,10 @@ struct command_server {
                                     * by which a replaced file is noticed */
     bool rests[COMMAND_SOCKETS];   /* this listener is left out of the next poll() */
     struct command_place place[COMMAND_SOCKETS][COMMAND_PLACES];
-    struct command_place passing[COMMAND_SOCKETS]; /* connection for which no place is free: closed
-                                                    * at once; once command_handler.over, kept open
-                                                    * instead, so that it gets the last words */
+    struct command_place passing[COMMAND_SOCKETS]; /* connection for which no place is free; it is
+                                                    * closed at once, or, once
+                                                    * command_handler.over() is true, kept open so
+                                                    * that it gets the last words */
     uint64_t peers;                /* number of the latest peer */
     int64_t heard;                 /* count of connections and packets so far */
     const struct command_handler *handler;
@@ -90,8 +93,8 @@ bool command_server_starved(const struct command_server *s);
 
 /* Takes packets and connections, those of NAME.stop first; to be called after poll(). Returns the
  * number of packets and new connections.
- * SAFETY: takes and closes nothing more once command_handler.over, because each packet can hold
- * up this thread (command_server_end()). */
+ * SAFETY: once command_handler.over() is true, takes and closes nothing more, because each packet
+ * can hold up this thread (command_server_end()). */
 int command_server_serve(struct command_server *s, const struct pollfd polls[COMMAND_POLLS]);
 
 /* Sends an answer. Does nothing if the peer is gone. */

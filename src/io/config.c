@@ -23,8 +23,8 @@ struct reader {
     struct {
         char path[CONFIG_PATH_SIZE];
         size_t line;
-    } names[NAMES_MAX]; /* keys and sections met so far; the table is large enough, because only
-                         * known ones are accepted, each once */
+    } names[NAMES_MAX]; /* keys and sections met so far; the table is large enough, because each
+                         * known key and section is accepted only once, and no other is */
 };
 
 /* Formats "name:line: reason", without the line if it is 0. The reason may quote any byte of the
@@ -207,17 +207,17 @@ static bool met(const struct reader *r, const char *path) {
     return is;
 }
 
-/* Marks diameters as stated only if the text states them, unless the mechanism is that of the
- * built-in configuration. */
+/* Records which diameters the text states. With the mechanism of the built-in configuration all
+ * diameters count as stated, and nothing changes. */
 static void forget_unstated(struct reader *r) {
     struct config_key key;
     for (int i = 0; !params_mechanism(r->params)->default_machine && config_key_at(i, &key); i++)
         config_keep_stated(&key, r->params, met(r, key.path));
 }
 
-/* Reads a configuration. *stated returns whether the text has `key`; false for key NULL. SAFETY:
- * the reader is on the heap, because it is too large for the stack if `command stop` runs under a
- * low stack limit. */
+/* Reads a configuration. *stated returns whether the text has `key`; it is false if key is NULL.
+ * SAFETY: the reader is on the heap, because it is too large for the stack if `command stop` runs
+ * under a low stack limit. */
 static int read_keys(struct params *params, const char *text, size_t size, const char *name, const char *key, bool *stated,
                      struct error *error) {
     if (size > FILE_MAX) return fail(error, name, 0, "larger than %d bytes: this is no configuration", FILE_MAX);
@@ -318,7 +318,8 @@ bool config_sets(const char *const *settings, int count, const char *key) {
     return false;
 }
 
-/* Reads the tests from a text onto params; a text that is no configuration changes nothing. */
+/* Takes the keys of section `tests` from a text into params; a text that is no configuration
+ * changes nothing. */
 static int read_tests(struct params *params, const char *text, size_t size, const char *name, struct error *error) {
     struct params *whole = malloc(sizeof *whole);
     if (!whole) return fail(error, name, 0, "out of memory");
@@ -329,9 +330,8 @@ static int read_tests(struct params *params, const char *text, size_t size, cons
     return status;
 }
 
-/* Checks a configuration as config_check() does, but with the smallest amplitudes that a
- * configuration can have, so that the check whether the machine reaches them passes: a recorded
- * motion was reached. */
+/* Makes the checks of config_check(), but with the smallest amplitudes that the key allows, so that
+ * none is refused as out of the machine's reach: a recorded motion was reached. */
 static int check_recorded(const struct params *params, const char *name, struct error *error) {
     struct params *still = malloc(sizeof *still);
     struct config_key key;
@@ -362,7 +362,8 @@ int config_parse(struct params *params, const char *text, size_t size, const cha
     return status == STATUS_OK ? config_check(params, name, error) : status;
 }
 
-/* Prints headings for the sections of `path` that are new since `before`. */
+/* Prints headings for the sections that contain the key `path` but not the key printed before it,
+ * `before`. */
 static void print_sections(FILE *out, const char *path, const char *before) {
     for (const char *dot = strchr(path, '.'); dot; dot = strchr(dot + 1, '.')) {
         size_t length = (size_t)(dot - path);

@@ -29,7 +29,8 @@ int config_check_motion(const struct params *params, struct error *error);
 /* Loads YAML text from memory, such as that in a log; `name` stands for the file in messages. */
 int config_parse(struct params *params, const char *text, size_t size, const char *name, struct error *error);
 
-/* Returns true if the YAML text of a configuration states this key, whatever the value. */
+/* Returns true if the YAML text of a configuration states this key, whatever the value. Returns
+ * false if the text cannot be read as a configuration. */
 bool config_states(const char *text, size_t size, const char *key);
 
 /* Applies the "key=value" settings in order to existing params, then runs the checks; `name` stands
@@ -39,10 +40,11 @@ int config_override(struct params *params, const char *name, const char *const *
 /* Returns true if one of the "key=value" settings gives this key. */
 bool config_sets(const char *const *settings, int count, const char *key);
 
-/* Changes the keys of section `tests` that the YAML text of another configuration states, then
- * those that the settings give; all other keys stay. If text is NULL or unreadable, only the
- * settings count; `unreadable` gets the reason, or an empty text. Then runs all checks but one:
- * whether the machine reaches the amplitudes, since recorded ones were reached. Returns 0 or -2. */
+/* Takes the keys of section `tests` that the YAML text of another configuration states, then those
+ * that the settings give; all other keys stay. If text is NULL or unreadable, only the settings
+ * count; `unreadable` gets the reason, or an empty text. Then makes the checks of config_load(),
+ * except whether the machine reaches the amplitudes, because recorded amplitudes were reached.
+ * Returns 0 or -2. */
 int config_take_tests(struct params *params, const char *text, size_t size, const char *name, const char *const *settings, int count,
                       struct error *unreadable, struct error *error);
 

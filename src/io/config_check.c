@@ -129,8 +129,9 @@ static bool neutral_range(const struct params *p, const struct kinematics *k, co
  * more equal than the stated order and fits the limits: the two lists then probably do not begin
  * with the same leg. The message names that order. */
 static void check_lists(struct checker *c, const struct params *p, const struct kinematics *k) {
-    static const double alike = 0.25; /* largest range of the legs' lengths in another order, as a
-                                       * share of the range in the stated order */
+    static const double alike = 0.25; /* range of the legs' lengths, as a share of the range in the
+                                       * stated order, below which another order is suspected to be
+                                       * the right one */
     struct leg_places order[LEG_PLACES_COMMON];
     double range_m[LEG_PLACES_COMMON][2], least_m;
     char name[LEG_PLACES_NAME];
@@ -151,7 +152,7 @@ static void check_lists(struct checker *c, const struct params *p, const struct 
 }
 
 /* Checks each leg's stroke and limits. Returns false if a requirement is violated; the reach of the
- * tests is then not checked, because it depends on them. */
+ * tests, which depends on stroke and limits, is then not checked. */
 static bool check_legs(struct checker *c, const struct params *p) {
     struct kinematics k;
     int wrong = c->count;
@@ -163,8 +164,9 @@ static bool check_legs(struct checker *c, const struct params *p) {
     return c->count == wrong;
 }
 
-/* Refuses actuator.retracted_std_m without retracted_m, the measured length of a leg on its stop:
- * the sensor's reading there would be compared with 0, and all of it would count as zero error. */
+/* Refuses actuator.retracted_std_m without retracted_m, the measured length of a leg on its stop.
+ * Otherwise the sensor's reading on the stop would be compared with a length of 0, and the whole
+ * reading would be taken for the sensor's zero error. */
 static void check_stops(struct checker *c, const struct actuator_params *a) {
     for (int i = 0; i < LEGS && a->retracted_std_m > 0.0; i++)
         require(c, a->retracted_m[i] > 0.0,

@@ -58,7 +58,8 @@ bool config_key_find(const char *path, struct config_key *key);
 /* Finds the known key or section nearest to a misspelt one; "" if none is near. */
 void config_key_nearest(const char *path, char nearest[CONFIG_PATH_SIZE]);
 
-/* Returns true if the key is one of these, or within one of these sections, ended by NULL. */
+/* Returns true if the key, or a section that contains it, is in this list of keys and sections,
+ * which NULL ends. */
 bool config_key_within(const char *path, const char *const *sections);
 
 /* Returns a line about a section: "control", "effects", "effects.valve_lag"; NULL: there is no such
@@ -100,8 +101,8 @@ void config_range_format(const struct config_key *key, char text[CONFIG_TEXT_SIZ
 int config_check(const struct params *params, const char *name, struct error *error);
 
 /* config_is_stated() returns true if the configuration states this key; config_keep_stated()
- * records it. Only the diameters of section actuator have such a record; all other keys count as
- * stated. */
+ * records whether it does. Only the diameters of section actuator have such a record; all other
+ * keys count as stated. */
 bool config_is_stated(const struct config_key *key, const struct params *params);
 void config_keep_stated(const struct config_key *key, struct params *params, bool stated);
 

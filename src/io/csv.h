@@ -73,9 +73,9 @@ struct csv_report {
                             * channels had to be brought onto one clock */
     int64_t unreadable;    /* export: number of malformed messages on HEXID_STATE */
     bool several;          /* import: files of the same test axis state different frequencies */
-    double rate_hz;        /* import: rate of the first file's time stamps, Hz, if it differs from
-                            * the rate of the configuration or of the head; else 0 */
-    double stated_hz;     /* import: rate stated in the head, if it differs from rate_hz; 0: none */
+    double rate_hz;        /* import: rate of the first file's time stamps, Hz, if it replaces the
+                            * rate of the head or of the configuration; else 0 */
+    double stated_hz;     /* import: rate stated in the head, Hz, if rate_hz replaces it; else 0 */
     bool cut;              /* export: the log is cut off or damaged; it was read up to cut_offset */
     int64_t cut_offset;
     char missing[600];     /* import: missing columns, NaN in the log: "1_x.csv: u1..u6; 2_y.csv:
@@ -87,8 +87,8 @@ struct csv_report {
     char defaults[CONFIG_DEFAULTS_SIZE]; /* import: built-in values that the evaluation of
                                           * pressures uses (config_defaults()); "" without
                                           * pressures */
-    char zero[600];        /* import: times taken as t = 0 in files whose t_s does not begin near
-                            * zero: "2_y.csv: 6.500; ..." */
+    char zero[600];        /* import: times taken as t = 0 in files whose t_s begins after the
+                            * ramp-in or ends before it: "2_y.csv: 6.500; ..." */
     char overruled[600];   /* import: values in heads that csv_source.settings overrule */
     char notes[1200];      /* import: changes made to bring channels onto one clock (csv_table.h),
                             * and lines left out */
@@ -113,22 +113,23 @@ struct csv_source {
                             * the base as its configuration */
     const char *base;      /* configuration as YAML text; NULL: the built-in one */
     struct csv_map *map;   /* columns under the user's own names (csv_map.h); NULL: none */
-    bool configured;       /* the user chose the base configuration. false: its tests are only
+    bool configured;       /* true: the user chose the base configuration; false: its tests are only
                             * assumed, so import leaves frequency and amplitudes out of the log's
                             * configuration unless a file states them */
-    const char *const *settings; /* --set: these keys of the base win over the values in the
-                                  * files */
+    const char *const *settings; /* settings of --set, which `base` already contains; they win over
+                                  * the values in the files */
     int setting_count;
     int only;              /* number, from 1, of the only file to read, which need not have all
                             * names of the map; 0: all files */
 };
 
 /* Makes a log from the CSV files of a directory. The configuration is DIRECTORY/config.yaml if
- * there is one, else the base. Frequency, amplitude, times and rate in the files' heads, and the
- * rate of their times, replace its values; the list of tests is made from the files unless the
- * configuration lists all their axes. Every file is checked to its last row before the log is
- * begun. The frequency that a file states is kept beside its rows (csv_stated.h). Returns -2 with
- * file, line and column for bad content, -3 for files that cannot be read or written. */
+ * there is one, else the base. The files' heads replace the configuration's frequencies,
+ * amplitudes, durations and rate, and the rate of the time stamps can replace the rate; the list of
+ * tests is made from the files unless the configuration lists all their axes. Every file is checked
+ * to its last row before the log is begun. The frequency and the amplitude that a file states are
+ * kept beside its rows (csv_stated.h). Returns -2 with file, line and column for bad content, -3
+ * for files that cannot be read or written. */
 int csv_import(const struct csv_source *source, const char *log_path, struct csv_report *report, struct error *error);
 
 #endif

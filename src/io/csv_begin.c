@@ -19,8 +19,8 @@ static int read_test(struct recording_test *test, struct csv_rows *rows, const s
     return got < 0 ? got : status;
 }
 
-/* Returns the t_s of the start of the ramp-in. duration_s: stated evaluated part; NaN if not
- * stated. */
+/* Returns the t_s at which the ramp-in starts. duration_s: duration of the evaluated part as
+ * stated; NaN if it is not stated. */
 static double zero_of(const struct recording_test *test, const struct segments *p, double duration_s, double ramp_s) {
     const struct segment *end = p->segment + p->count, *rest = NULL, *steady = p->segment;
     while (steady < end && steady->kind != SEGMENT_STEADY) steady++;

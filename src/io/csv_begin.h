@@ -17,7 +17,7 @@
  *                              first row.
  *   steady from the first row  The ramp-in was cut off. t_s is taken as right (0) if the first row
  *                              lies between 0 and the end of the stated evaluated part; otherwise
- *                              t = 0 is ramp_s before that row.
+ *                              t = 0 is ramp_s before the steady motion.
  *
  * Heap. Returns -2 or -3 on failure. */
 int csv_begin_find(const struct csv_head *head, const struct csv_table *table, struct csv_map *map, const struct params *params,

@@ -55,16 +55,16 @@ static const struct guess valves[] = {{"percent", 0.01}, {NULL, 0.0}};
 /* Range in which the largest magnitude, or the swing, of some columns lies on the configured
  * machine. */
 struct expectation {
-    bool swing;         /* judged is the swing, half the difference of greatest and least value;
-                         * false: the largest magnitude */
+    bool swing;         /* true: the swing is judged, half the difference of greatest and least
+                         * value; false: the largest magnitude is judged */
     double least, most; /* range of plausible values, SI */
     double usual;       /* usual value, SI; the message names the unit under which the value is
                          * nearest to it, by ratio */
     const char *si;
 };
 
-/* Neighbouring columns of one kind. Only the one with the largest value is judged, because other
- * sensors may be dead and read zero. */
+/* Neighbouring columns of one kind. Only the column with the largest value is judged, because
+ * sensors of the other columns may be dead and read zero. */
 struct group {
     int first, last;
     struct expectation expected;
@@ -186,8 +186,9 @@ static struct doubted doubt(enum kind kind, int files, const struct csv_head *h,
     return d;
 }
 
-/* Returns how far the values of all doubted groups are from the usual ones under a unit, as the sum
- * of logarithms of ratios; infinite if one of them is outside the possible range. */
+/* Returns how far the values of the doubted groups, read in a unit, are from the usual values: the
+ * sum of the magnitudes of log(value / usual value); infinite if a value is impossible. si: factor
+ * from the unit to SI; most_factor: largest possible value over the usual one. */
 static double misfit(const struct doubted *d, double si, double most_factor) {
     double sum = 0.0;
     for (int i = 0; i < GROUPS; i++) {

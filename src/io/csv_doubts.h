@@ -21,7 +21,8 @@ void csv_range_take(struct csv_range *range, const struct cycle *cycle);
 /* Writes "1_x.csv and 5 more: p1_3_pa is up to 82, in bar?", once for each kind of channel over all
  * files of a recording, with the unit under which all implausible values fit the configured machine
  * best (supply, lengths, amplitudes). If no unit fits, the text says what values are possible
- * instead. Forces that contradict their pressures follow. "" if all is plausible. */
+ * instead. Then names each file whose force contradicts its pressures. Writes "" if all values are
+ * plausible. */
 void csv_doubts(int files, const struct csv_head *head, const struct csv_range *range, const struct params *params,
                 char list[CSV_DOUBTS_SIZE]);
 

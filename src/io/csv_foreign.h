@@ -7,7 +7,8 @@
 
 enum { CSV_TEXTS_MAX = 100 };
 
-/* Largest size of all texts of a file, bytes: 50 million numbers. They are held in memory. */
+/* Largest total size of a file's texts, bytes, about 50 million numbers. Texts are held in
+ * memory. */
 static const int64_t CSV_TEXTS_BYTES = 1 << 30;
 
 /* Texts made from a file. Initialised to zero. */
@@ -37,7 +38,8 @@ void csv_foreign_close(const char *opened);
  * csv_texts_refuse() reports. */
 FILE *csv_texts_next(struct csv_texts *texts);
 
-/* Writes a separator (0: none) and a number in its shortest form, nothing for NaN. */
+/* Writes a separator (0: none), then a number in its shortest form. NaN becomes an empty cell: only
+ * the separator is written. */
 void csv_texts_number(struct csv_texts *texts, char separator, double number);
 
 /* Writes a name with _ in place of each character that could end a cell or begin a comment. */
@@ -55,8 +57,9 @@ bool csv_width_add(struct csv_width *width, const char *name);
 /* Refuses a file with too many columns; returns -2. */
 int csv_width_refuse(const struct csv_width *width, const char *path, struct error *error);
 
-/* Returns true if the map gives all its columns by their names, so that the other columns of a wide
- * file can be left out. Columns that the map gives by their numbers need all columns. */
+/* Returns true if the map gives all its columns by their names (or the row's number, #0), so that
+ * the other columns of a wide file can be left out. A column that is given by its number is found
+ * only if no column is left out. */
 bool csv_map_names(const struct csv_map *map);
 
 /* Returns true if the map, or hexid's own name, gives the column a meaning. */

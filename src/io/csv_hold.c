@@ -10,20 +10,21 @@ static const double MULTIPLE = 0.05; /* largest distance of a change from a mult
                                       * a share of the step */
 static const double COARSE = 0.95;   /* least share of changes that are such multiples if the sensor
                                       * has a step */
-static const double ALIKE = 0.3, ALIKE_LEAST = 0.7; /* a sensor counts as one of unequal steps if a
-                                                     * share of at least ALIKE_LEAST of its changes
-                                                     * after two or more rows differs from their
-                                                     * mean by less than ALIKE times the mean; in a
-                                                     * repeated sinusoid that share is a third */
+static const double ALIKE = 0.3, ALIKE_LEAST = 0.7; /* a sensor has unequal steps if at least a
+                                                     * share ALIKE_LEAST of its changes after gaps
+                                                     * of two or more rows differs from the mean of
+                                                     * these changes by less than ALIKE times that
+                                                     * mean; in a repeated sinusoid that share is a
+                                                     * third */
 static const double LIKE_LEAST = 0.6; /* least share of gaps that have the commonest lengths */
 static const double SHORTER_MOST = 0.05; /* largest share of shorter gaps: no device delivers faster
                                           * than its rate, but clocks slip */
-static const double LONGER_MOST = 0.03; /* largest share of longer gaps if the commonest have one
-                                         * and two rows, because values that are equal by chance
-                                         * make some gaps of three */
-static const double ROWS_LEAST = 1.5;   /* least mean number of rows with one value of a repeated
-                                         * channel; with fewer, the grid of csv_times.h could not
-                                         * follow its samples */
+static const double LONGER_MOST = 0.03; /* largest share of longer gaps in a repeated channel whose
+                                         * commonest gaps have one and two rows; values that are
+                                         * equal only by chance make more gaps of three */
+static const double ROWS_LEAST = 1.5;   /* least mean number of rows for which a repeated channel
+                                         * keeps a value; with fewer, the grid of csv_times.h could
+                                         * not follow its samples */
 
 void csv_hold_take(struct csv_hold *h, double value) {
     double change = fabs(value - h->last);
@@ -36,9 +37,10 @@ void csv_hold_take(struct csv_hold *h, double value) {
     h->changed_at = h->rows, h->last = value;
 }
 
-/* Returns the largest step of a coarse sensor whose steps differ, as after a calibration curve; 0
- * for any other channel. Such a sensor changes by about one step, however many rows have passed
- * since the change before, whereas a repeated channel changes by more when the signal is faster. */
+/* Returns the upper limit of the steps of a coarse sensor whose steps differ, as after a
+ * calibration curve; 0 for any other channel. Such a sensor changes by about one step, however many
+ * rows have passed since the change before, whereas a repeated channel changes by more when the
+ * signal is faster. */
 static double uneven_step(const struct csv_hold *h) {
     double mean = 0.0;
     int n = 0, alike = 0;
@@ -93,7 +95,8 @@ double csv_hold_rows(const struct csv_hold *h) {
     const struct gaps g = gaps_of(h);
     int all = sum(&g, 1, CSV_GAPS), first = commonest(&g, 2), width = 2;
     if (all < GAPS_LEAST) return 1.0;
-    /* a value of three rows or more jitters by a row in either direction, so three lengths count */
+    /* in a channel that is repeated three times or more, gaps jitter by a row in either direction,
+     * so three lengths count */
     if (first >= 3) first = commonest(&g, 3), width = 3;
     double like = sum(&g, first, first + width), shorter = sum(&g, 1, first), longer = all - like - shorter, mean = 0.0;
     for (int i = first; i < first + width; i++) mean += g.number[i] * i / like;

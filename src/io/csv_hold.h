@@ -2,11 +2,11 @@
  * value of a slower device is written again in each row (zero-order hold).
  *
  * A sensor of coarse resolution repeats values, too, while the signal moves by less than one step
- * of the resolution per row. But its reading then changes by at most about one step for each row
- * that has passed. So only larger changes count, and only if the change before was larger, too: if
- * the gap between two such changes is several rows, and nearly always the same number of rows, the
- * channel is repeated. The sensor's step is the smallest change, if nearly all others are multiples
- * of it. */
+ * of the resolution per row. But such a reading then changes by at most about one step for each row
+ * that has passed. So only changes larger than that count, and only if the change before was larger
+ * than that, too. If the gap between two such changes is several rows, and nearly always the same
+ * number of rows, the channel is repeated. The sensor's step is the smallest change, if nearly all
+ * other changes are multiples of it. */
 #ifndef HEXID_CSV_HOLD_H
 #define HEXID_CSV_HOLD_H
 

@@ -81,8 +81,8 @@ static int merge_mechanism(struct import *im, int file) {
                      has->words.machine, strrchr(im->head[0].path, '/') + 1);
 }
 
-/* Returns true if a value in a file of one of these axes also applies to the other axis, as long as
- * no file of the other axis has a value of its own. */
+/* Returns true if the axes a and b share the value of this key: the value in a file of one of them
+ * then also counts for the other, unless a file of the other states its own. */
 static bool shares(enum csv_key key, enum dof a, enum dof b) { return key == CSV_FREQUENCY || (a < DOF_PHI) == (b < DOF_PHI); }
 
 /* Stores a value from a file's head. Files must agree, except on frequency and amplitude: the
@@ -118,10 +118,10 @@ static void set_rate(struct params *p, double rate_hz) {
     p->limits.sensor_age_s = fmax(p->limits.sensor_age_s, p->loop.period_s);
 }
 
-/* Takes the rate from the times if none is stated, or if the stated one is off by up to
- * rate_tolerance. Rounded times look like lost rows of a higher rate, so a stated rate is kept if
- * its period lies between the usual and the mean step. check_rate() refuses a larger difference;
- * rates outside a loop's range mean another unit of time. */
+/* Takes the rate from the time stamps if no rate is stated, or if the stated rate is off by up to
+ * rate_tolerance; check_rate() refuses a larger difference. Rounded times look like lost rows of a
+ * higher rate, so a stated rate is kept if its period lies between the usual and the mean step. A
+ * rate outside a loop's range is not taken, because the unit of time must be wrong. */
 static void take_rate(struct import *im) {
     const struct csv_times *t = &im->times[0];
     double now_s = period_s(im), off = now_s / t->step_s - 1.0;
@@ -144,8 +144,8 @@ static bool set_for(const struct import *im, enum csv_key key, enum dof dof) {
     return name && config_sets(im->source->settings, im->source->setting_count, name);
 }
 
-/* Leaves out the values of the head that the command line gives, too, and notes those that differ
- * from it. */
+/* Removes from the head the values that the command line also gives, and notes those that differ
+ * from the command line's. */
 static void overrule(struct import *im, struct csv_head *h) {
     char words[CSV_KEYS * (NUMBER_SIZE + 16)] = "", number[NUMBER_SIZE];
     for (int key = 0; key < CSV_KEYS; key++) {
@@ -362,8 +362,8 @@ static int write_file(struct import *im, int file) {
 }
 
 /* Takes a single axis's file that is too short for the ramp and two periods as any motion (dof
- * none), not as a test: the configuration would be refused for its short evaluated part, and with
- * it all other files. */
+ * none), not as a test. As a test, its short evaluated part would make the configuration invalid,
+ * and all other files would be refused, too. */
 static void take_short(struct import *im, int file) {
     struct csv_head *h = &im->head[file];
     const struct csv_times *t = &im->times[file];

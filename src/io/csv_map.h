@@ -19,8 +19,8 @@ struct csv_alias {
     char name[CSV_ALIAS_SIZE]; /* name as it stands in the file */
     int column;                /* index of the column in csv_columns */
     struct csv_unit unit;
-    bool stated;               /* the unit is given by the map or by the name in it, not by the
-                                * file */
+    bool stated;               /* true: the map gives the unit, behind a colon or at the end of the
+                                * name; false: the file may state it */
     int cell;                  /* number of the column, from 1, for #1, #2 ...; 0: number of the
                                 * row; -1: the column has a name */
     bool seen;                 /* the name was found in some file */
@@ -36,8 +36,8 @@ struct csv_map {
  * repeated name. */
 int csv_map_parse(struct csv_map *map, const char *text, struct error *error);
 
-/* Finds the column under this name, or with this number, from 1, and marks it as seen; NULL if
- * there is none, or no map. */
+/* Finds the map's entry for a column of a file, by the column's name or number (cell, from 1), and
+ * marks the entry as seen. Returns NULL if there is no such entry, or no map. */
 const struct csv_alias *csv_map_find(struct csv_map *map, const char *name, int cell);
 
 /* Returns the user's name for one of hexid's columns, or NULL. */

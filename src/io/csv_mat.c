@@ -26,7 +26,8 @@ struct mat {
     struct csv_texts *texts;
     struct error *error;
     struct mat_library library;
-    bool wanted_only; /* only vectors that the map names, and times, are taken */
+    bool wanted_only; /* only times, and vectors with a name in the map or one of hexid's own, are
+                       * taken */
     bool wide;        /* there are more vectors than a text can have columns */
     struct csv_width width;
     int vectors;
@@ -62,7 +63,7 @@ static double element(const matvar_t *v, size_t i) {
     return (double)((int64_t)((uint64_t)integer << shift) >> shift);
 }
 
-/* True for a real array of two dimensions whose data are all there. */
+/* Returns true for a real array of two dimensions whose data are all there. */
 static bool is_numeric(const matvar_t *v) {
     bool number = v->class_type >= MAT_C_DOUBLE && v->class_type <= MAT_C_UINT64;
     int size = size_of(v->data_type);
@@ -167,8 +168,8 @@ static int clock_of(const struct mat *m, int i) {
     return clock;
 }
 
-/* Writes vectors beside each other; order: their indices. Short ones end in empty cells, which are
- * a byte each. */
+/* Writes vectors beside each other; order: their indices. Shorter vectors end in empty cells of one
+ * byte each. */
 static int write_table(struct mat *m, const int *order, int count) {
     FILE *file = csv_texts_next(m->texts);
     size_t longest = 0;
@@ -257,15 +258,16 @@ static int read_variables(struct mat *m, int descriptor) {
     return STATUS_OK;
 }
 
-/* True if the table of all vectors, in which short columns end in empty cells, is too large. */
+/* Returns true if the table of all vectors, in which short columns end in empty cells, is too
+ * large. */
 static bool is_large(const struct mat *m) {
     size_t longest = 0, cells;
     for (int i = 0; i < m->vectors; i++) longest = m->vector[i].length > longest ? m->vector[i].length : longest;
     return __builtin_mul_overflow(longest, (size_t)m->vectors, &cells) || cells > (size_t)CSV_TEXTS_BYTES / CELL_BYTES;
 }
 
-/* Reads the vectors and writes their text. A file that is too wide or too large has only the
- * columns that the map names. */
+/* Reads the vectors and writes their text. From a file that is too wide or too large, only times
+ * and named columns are taken (wanted_only), if the map gives its columns by names. */
 static int read_all(struct mat *m, int descriptor) {
     int status = read_variables(m, descriptor);
     m->wanted_only = (m->wide || is_large(m)) && csv_map_names(m->map) && !is_own(m);

@@ -51,7 +51,7 @@ struct mcap {
     char other[120];  /* encodings that are not JSON */
     bool any_json, any_own;
     bool write;       /* last pass: rows are written */
-    bool wanted_only; /* only columns that the map names are taken */
+    bool wanted_only; /* only columns with a name in the map or one of hexid's own are taken */
     bool wide;        /* there are more columns than a text can have */
     struct csv_width width;
     int columns;
@@ -305,8 +305,8 @@ static int find_columns(struct mcap *m, FILE *file) {
     return read_file(m, file);
 }
 
-/* Finds the columns, then writes the rows. If there are too many columns, only those that the map
- * names are written. */
+/* Finds the columns, then writes the rows. If there are too many columns, only named ones are
+ * written (wanted_only), provided that the map gives its columns by names. */
 static int read_all(struct mcap *m, FILE *file) {
     int status = find_columns(m, file);
     m->wanted_only = m->wide && csv_map_names(m->map);

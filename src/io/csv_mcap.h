@@ -5,8 +5,8 @@
  * with a row for each message and the time at which it was logged in the column "log_time_s", in
  * the order of time. An array gives its first 64 numbers. A file without a topic of JSON is
  * refused, with the encodings that it has and the remedy. Chunks may be plain or compressed with
- * zstd. If there are more columns than a CSV text can have, only those are taken that --map
- * names. */
+ * zstd. If there are more columns than a CSV text can have, only columns with a name in --map or
+ * one of hexid's own are taken; without names in --map the file is refused. */
 #ifndef HEXID_CSV_MCAP_H
 #define HEXID_CSV_MCAP_H
 

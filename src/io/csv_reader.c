@@ -71,9 +71,9 @@ static int read_key(struct csv_reader *r, char *comment, struct error *error) {
                                             : csv_text_refuse(&r->in, error, "dof: %.40s: it takes x, y, z, phi, theta, psi or none", text);
 }
 
-/* Notes a column with one of hexid's names, followed by brackets that contain no unit of it. It is
- * a mistake unless another column has the same name with a unit, such as "Force (N)" beside "Force
- * (V)". */
+/* Notes a column whose name is one of hexid's followed by brackets, if no unit in the brackets
+ * suits the column. That is a mistake unless another column has the same name with a unit, such as
+ * "Force (N)" beside "Force (V)". */
 static void note_unknown_unit(struct csv_reader *r, const char *name) {
     char stem[CSV_ALIAS_SIZE];
     size_t length = strcspn(name, "[(");
@@ -244,7 +244,7 @@ static int read_numbers(struct csv_reader *r, int cells, struct error *error) {
     return status;
 }
 
-/* Lets the number of the row be the time, if the map does (t=#0). */
+/* Lets the number of the row be the time, if the map says so (t=#0). */
 static void count_rows(struct csv_reader *r) {
     for (int i = 0; r->map && i < r->map->count; i++) {
         if (r->map->alias[i].cell != 0) continue;
@@ -439,7 +439,8 @@ static char *read_time_of_day(struct csv_clock *clock, char *text, double *secon
     return end;
 }
 
-/* Reads a cell of a known column. Returns its end, or NULL. */
+/* Reads a cell of a known column. Returns the end of the cell's text, or NULL if the column cannot
+ * have this content. */
 static char *read_cell(struct csv_reader *r, const struct csv_cell *cell, char *text, double value[CSV_COLUMNS]) {
     double number = (double)NAN;
     char *end = csv_text_number(text, &number);

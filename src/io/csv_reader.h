@@ -27,18 +27,21 @@ struct csv_head {
     int skipped;                   /* number of lines of text before the names */
     bool units;                    /* there is a line of units below the names */
     bool rising[CSV_CELLS_MAX];    /* columns whose numbers rise in the first rows, as time does */
-    int unknown;                   /* hexid's column whose unit is not known; 0: none */
-    char unknown_name[CSV_CELL_NAME]; /* its name in the file */
-    bool speed, turns, slides;     /* the position is a speed; a unit of position or force is that
-                                    * of an axis that turns, or that slides */
-    char missing[CSV_LIST_SIZE];   /* missing columns, "u1..u6 ref_x_m" */
+    int unknown;                   /* index of a column to which the file gives a unit that hexid
+                                    * does not know; 0: none */
+    char unknown_name[CSV_CELL_NAME]; /* name of that column in the file */
+    bool speed, turns, slides;     /* speed: the position is given as a speed; turns, slides:
+                                    * position or force has a unit of an axis that turns, or of one
+                                    * that slides */
+    char missing[CSV_LIST_SIZE];   /* missing columns, "u1..u6, ref_x_m" */
     char ignored[CSV_LIST_SIZE];   /* unknown columns and keys */
 };
 
 /* Meaning of one cell of each row. */
 struct csv_cell {
     int column;  /* index in csv_columns; -1: the column is unknown */
-    int clock;   /* clock of the cell: the last column of time at or before it, or the first one */
+    int clock;   /* index of the cell's clock: of the last column of time at or before the cell, or
+                  * of the first such column */
     struct csv_unit unit;
 };
 

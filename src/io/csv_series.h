@@ -22,9 +22,10 @@ bool csv_series_add(struct csv_series *series, double t_s, double value);
  * 0 for fewer than two samples. */
 double csv_series_rate(const struct csv_series *series);
 
-/* Returns the value at a time, by a cubic through four samples if their steps are even and none is
- * a hole, else along a straight line. at: index of the last sample that is not later, or 0. hole_s:
- * longest step that is no hole. Returns NaN in a hole and beyond the ends. */
+/* Returns the value at t_s, by a cubic through four samples if their steps are even and none is a
+ * hole, else along a straight line. at: index of the last sample that is not later than t_s; 0
+ * if all are later. hole_s: longest step that is no hole. Returns NaN in a hole and beyond the
+ * ends. */
 double csv_series_at(const struct csv_series *series, int64_t at, double t_s, double hole_s);
 
 void csv_series_free(struct csv_series *series);

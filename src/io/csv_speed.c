@@ -29,7 +29,8 @@ static double greatest(const struct csv_series *s) {
 
 /* Speed while the axis rests. */
 struct rest {
-    double mean, noise; /* mean: NaN if it never rests; noise: root mean square of the scatters */
+    double mean, noise; /* mean: NaN if the axis never rests; noise: root mean square of the resting
+                         * intervals' scatters */
     int64_t samples;    /* number of samples at rest */
 };
 
@@ -49,9 +50,9 @@ static struct rest rest_of(const struct csv_series *s) {
     return resting ? (struct rest){sum / count, sqrt(square / count), resting * piece} : (struct rest){.mean = (double)NAN};
 }
 
-/* Returns the standard deviation of the position that white noise of the speed causes by the end:
- * the random walk of the integral, and the error noise / sqrt(samples) of the zero, times
- * span_s. */
+/* Returns the standard deviation that white noise of the speed causes in the position after
+ * span_s: by the random walk of the integral, and by the zero's error, noise / sqrt(samples),
+ * times span_s. */
 static double wander(const struct rest *rest, double span_s, double rate_hz) {
     return rest->noise * hypot(sqrt(span_s / rate_hz), span_s / sqrt((double)rest->samples));
 }

@@ -17,8 +17,8 @@ enum csv_stated_key { CSV_STATED_FREQUENCY, CSV_STATED_AMPLITUDE, CSV_STATED_KEY
 struct csv_stated {
     enum csv_stated_key key;
     enum dof dof;
-    double value; /* Hz, m or rad; NaN: the file states none, so that an earlier file's no longer
-                   * counts */
+    double value; /* Hz, m or rad; NaN: the file states no value, and the value of an earlier file
+                   * no longer counts */
 };
 
 /* Writes the text of an event of kind "stated". */

@@ -10,7 +10,7 @@
 
 static const double SPARSE = 0.75;   /* least share of rows in which a channel has a value; with
                                       * less, the rows belong to several channels in turn */
-static const double ALIKE = 0.95;    /* ratio of rates from which on they count as equal */
+static const double ALIKE = 0.95;    /* rates count as equal if their ratio is between this and 1 */
 enum { SAMPLES_LEAST = 20 };
 
 void csv_note(char notes[CSV_NOTES_SIZE], const char *format, ...) {
@@ -86,8 +86,8 @@ static int gather(struct gathering *g, bool keep, struct csv_map *map) {
     return status;
 }
 
-/* Returns true if the rows of a single file cannot be used as they are. hexid's own files always
- * can. */
+/* Returns true if there are several files, or if the rows of the single file cannot be used as they
+ * are. Rows of hexid's own files always can. */
 static bool needs_table(const struct gathering *g) {
     const struct csv_head *h = &g->files[0];
     if (g->count > 1 || h->clocks > 1 || h->speed) return true;
@@ -153,8 +153,8 @@ static bool fill(struct csv_table *t, int column, const struct csv_series *s, bo
     return value != NULL;
 }
 
-/* Returns the number of rows within the time that all measured channels cover. first: index of the
- * first of them. */
+/* Returns the number of rows within the time that all measured channels cover; *first returns the
+ * index of the first of these rows. */
 static int64_t overlap(const struct gathering *g, const struct csv_series *base, int64_t *first) {
     double begin_s = -HUGE_VAL, end_s = HUGE_VAL;
     for (int i = 0; i < CSV_COLUMNS; i++) {

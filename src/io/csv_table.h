@@ -4,10 +4,10 @@
  *
  * Each channel is a series of times and values. The rows are the samples of the slowest measured
  * channel (position, lengths, force, pressures; if several are equally slow, the force or a
- * pressure), because a channel's values between its samples are unknown. The other channels are
- * interpolated there by a cubic through four samples; commands, which a machine holds, have their
- * last value. A repeated channel counts only in rows in which it is new, so that it has its own
- * rate and no mean delay. Private to src/io/csv_*.c. */
+ * pressure), because a channel's values between its samples are unknown. At the times of the rows,
+ * the other channels are interpolated by a cubic through four samples; commands, which a machine
+ * holds, have their last value. A repeated channel counts only in rows in which its value is new,
+ * so that it has its own rate and no mean delay. Private to src/io/csv_*.c. */
 #ifndef HEXID_CSV_TABLE_H
 #define HEXID_CSV_TABLE_H
 
@@ -23,9 +23,9 @@ struct csv_table {
 
 /* Looks through the files of a test. If there is a single file whose rows can be used as they are,
  * sets *table to NULL, removes columns without any number from the head `whole`, and sets *empty to
- * the number of cells without a number in the others. Otherwise makes the table, sets *empty to 0
- * and notes what was changed. middle_m: middle of the range of a position that is integrated. Heap.
- * Returns -2 or -3 on failure. */
+ * the number of cells without a number in the remaining columns. Otherwise makes the table, sets
+ * *empty to 0 and notes what was changed. middle_m: middle of the range of a position that is
+ * integrated. Heap. Returns -2 or -3 on failure. */
 int csv_table_make(struct csv_table **table, struct csv_head *whole, int64_t *empty, const struct csv_head *files, int count,
                    double middle_m, struct csv_map *map, char notes[CSV_NOTES_SIZE], struct error *error);
 

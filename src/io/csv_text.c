@@ -28,8 +28,8 @@ char *csv_text_trim(char *text) {
     return text;
 }
 
-/* Puts a comma in place of each run of at least so many blanks. Brackets and semicolons, by which
- * rows are written as a matrix, are blanks, too. */
+/* Puts a comma in place of each run of `least` or more blanks, and one blank in place of a shorter
+ * run. Brackets and semicolons count as blanks, because some programs write rows as a matrix. */
 static void join_blanks(char *text, size_t least) {
     static const char blanks[] = " \t\r\n[];";
     char *to = text;

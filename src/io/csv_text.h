@@ -64,7 +64,8 @@ char *csv_text_time_of_day(char *text, double *seconds);
  * 0. */
 const char *csv_text_cell(const struct csv_text *t, int cell, int *length);
 
-/* Removes blanks at both ends, in place. */
+/* Removes blanks at both ends, and the line's end, in place. Returns the new beginning of the
+ * text. */
 char *csv_text_trim(char *text);
 
 /* Writes "file:line: reason" and returns -2. */

@@ -1,7 +1,7 @@
-/* Maps the time stamps of a CSV file's rows to an even grid, whose step is that of most rows. A row
- * within 0.75 of a step of the point after its predecessor's gets that point, any other row the
- * nearest one; the grid follows a drifting clock. Points without a row are lost rows. Private to
- * src/io. */
+/* Maps the time stamps of a CSV file's rows to an even grid, whose step is that of most rows. The
+ * next grid point after the previous row's belongs to the row if it is less than 0.75 of a step
+ * away; otherwise the row gets the nearest point. The grid follows a drifting clock. Points without
+ * a row are lost rows. Private to src/io. */
 #ifndef HEXID_CSV_TIMES_H
 #define HEXID_CSV_TIMES_H
 
@@ -21,10 +21,10 @@ struct csv_times {
 /* Adds the next row, which must be later than the last. Returns -3 without memory. */
 int csv_times_add(struct csv_times *times, double t_s, struct error *error);
 
-/* Computes step and places after the last row. stated_s: the step that the file states, NaN if
- * none. The stated step is used instead of the step of most rows if that more than halves the
- * number of rows that do not directly follow their predecessor: stamps of 800 Hz in whole
- * milliseconds look like 1000 Hz with lost rows. Returns -3 without memory. */
+/* Computes step and places; to be called after the last row. stated_s: the step that the file
+ * states, NaN if it states none. The stated step is used instead of the step of most rows if that
+ * more than halves the number of rows that do not directly follow their predecessor: stamps of 800
+ * Hz in whole milliseconds look like 1000 Hz with lost rows. Returns -3 without memory. */
 int csv_times_measure(struct csv_times *times, double stated_s, struct error *error);
 
 /* Return the number of grid points from the first row to the last, and the number of those without

@@ -241,8 +241,8 @@ static bool whole(int memory) {
            state.st_size == (off_t)(TAG_AT + sizeof tag + tag[1]);
 }
 
-/* True if the file in memory is as large as a file of this process may be. It is then cut, and its
- * tag says what is left. */
+/* Returns true if the file in memory has reached the largest size of a file that this process may
+ * write (RLIMIT_FSIZE). The file is then cut short, and its tag gives the size of what is left. */
 static bool at_limit(int memory) {
     struct rlimit limit;
     struct stat state;
@@ -250,8 +250,9 @@ static bool at_limit(int memory) {
            state.st_size >= (off_t)limit.rlim_cur;
 }
 
-/* Writes the file through memory, because libmatio ignores the results of its writes: it is made in
- * memory, checked for completeness, and copied to disk by calls that are checked. */
+/* Writes the file through memory, because libmatio ignores the results of its writes: libmatio
+ * writes to memory, the result is checked for completeness and copied to disk by calls that are
+ * checked. */
 static void write_through_memory(struct mat_export *e, matvar_t *all) {
     char path[40], piece[1 << 16];
     ssize_t got = 0;

@@ -6,8 +6,8 @@
 #include <string.h>
 
 /* Stores the function of this name in *function, a pointer to a function. Returns NULL if the
- * library lacks it. The pointer is copied because POSIX gives pointers to functions and to objects
- * the same size, while ISO C has no cast between them. */
+ * library lacks it. memcpy() converts the pointer, because ISO C has no cast from pointers to
+ * objects to pointers to functions; POSIX gives both the same size. */
 static inline void *library_function(void *library, const char *name, void *function) {
     void *symbol = dlsym(library, name);
     memcpy(function, &symbol, sizeof symbol);

@@ -10,8 +10,9 @@
 #include "input.h"
 #include "output.h"
 
-/* CHANNEL_MAX: limit of liblcm's reader. ROOM: first size of the buffer, whose contents are all
- * that a crash of the process loses; it grows to the largest event and stays so. */
+/* CHANNEL_MAX: limit of liblcm's reader. BUFFER_SIZE: first size of the reader's buffer. ROOM:
+ * first size of the writer's buffer, which grows to the largest event and stays so; its contents
+ * are all that a crash of the process loses. */
 enum { HEADER_SIZE = 28, CHANNEL_MAX = 999, BUFFER_SIZE = 1 << 18, EVENT_MAX = 64 << 20, ROOM = 4096 };
 static const uint32_t sync_word = 0xEDA1DA01;
 

@@ -17,8 +17,8 @@
 struct log_writer;
 struct log_reader;
 
-/* Opens the log as output_log() does: an existing file is set aside. Returns -3 with path and
- * reason if it cannot be opened. */
+/* Opens the log as output_log() does: an existing file is set aside. Returns -2 or -3 with path and
+ * reason as output_log() does, or -3 without memory. */
 int log_create(struct log_writer **writer, const char *path, struct error *error);
 
 /* Does what log_create() does on a file that output_log() has opened; the writer owns the file,
@@ -32,9 +32,9 @@ int log_on_file(struct log_writer **writer, int file, const char *path, struct e
 int log_write(struct log_writer *writer, int64_t utime_us, const char *channel, const void *data, int size, struct error *error);
 
 /* Continues the log in this file, which the writer then owns; the old file is checked as by
- * log_check() and closed. Returns -3 if the check fails, which becomes the log's error as in
- * log_write(); or -3 without memory, and the log continues in the old file. After either, the new
- * file is closed. */
+ * log_check() and closed. On failure returns -3 and closes the new file: if the check fails, its
+ * error becomes the log's error as in log_write(); if memory runs out, the log continues in the old
+ * file. */
 int log_continue(struct log_writer *writer, int file, const char *path, struct error *error);
 
 /* Returns the number of bytes accepted since the log's current file was begun. */
@@ -49,7 +49,7 @@ int64_t log_lost(const struct log_writer *writer);
 /* Hands the buffered events to the system. */
 int log_flush(struct log_writer *writer, struct error *error);
 
-/* Flushes, and checks that the file still is as written: not deleted, renamed, truncated or written
+/* Flushes, and checks that the file is still as written: not deleted, renamed, truncated or written
  * by others. Otherwise returns -3, which becomes the log's error as in log_write(). A file that is
  * not regular is only flushed; a renaming is not noticed if the path may not be looked up. */
 int log_check(struct log_writer *writer, struct error *error);

@@ -61,7 +61,7 @@ static int by_age(const void *a, const void *b) {
 }
 
 /* Collects regular files with logs' names, oldest first. Returns their number. The entries' names
- * are those of `found`, which must outlive them. */
+ * point into `found`, which must outlive the entries. */
 static int look_at(int directory, struct dirent **found, int count, struct entry *entries) {
     int kept = 0;
     for (int i = 0; i < count; i++) {

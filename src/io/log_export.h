@@ -9,8 +9,8 @@
 #include "types.h"
 
 /* Functions of a format; `to` is the state of an export. open() and close() return -3 with path and
- * reason. cycle() and message() ignore failures; failed() returns the first failure as an errno, or
- * 0. */
+ * reason; open() returns -2 if the output is no file in a directory ("-"), or is a recording.
+ * cycle() and message() ignore failures; failed() returns the first failure as an errno, or 0. */
 struct export_format {
     const char *name;
     int (*open)(void **to, const char *path, struct error *error);
@@ -47,8 +47,8 @@ struct log_export_report {
 };
 
 /* Exports a log. run: number of the run in a log that contains several (log_runs.h), else 0.
- * Returns -2 if there is no such run; -3 with the path of the file that cannot be read or written,
- * or if the log has no cycle. No new file is left then. */
+ * Returns -2 if there is no such run, or if open() does; -3 with the path of the file that cannot
+ * be read or written, or if the log has no cycle. No new file is left then. */
 int log_export(const char *log_path, int run, const char *path, const struct export_format *format, struct log_export_report *report,
                struct error *error);
 

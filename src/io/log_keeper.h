@@ -36,8 +36,8 @@ void log_keeper_stop(struct log_keeper *k);
 void log_keeper_ask(struct log_keeper *k);
 
 /* Takes the part that was requested. Returns 1: the part is there; 0: not yet, after at most
- * wait_ms, or nothing was requested; -3 with the reason: it failed, and another request may
- * follow unless k->gone is set. */
+ * wait_ms, or nothing was requested; -3 with the reason: the request failed, and another may follow
+ * unless k->gone is set. */
 int log_keeper_take(struct log_keeper *k, int wait_ms, struct log_part *part, struct error *error);
 
 #endif

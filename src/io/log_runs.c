@@ -97,8 +97,9 @@ static bool elsewhere(const struct finder *f, const struct place *c) {
     return f->known == 2 && c->seq - f->last.seq > 10 * (f->last.seq - f->before.seq) && !same_clock(c, &f->last);
 }
 
-/* Decides whether the candidate began a run. It did if the next cycle, c, follows the candidate and
- * does not continue the run before it; otherwise it is a stray. */
+/* Decides whether the candidate began a run or is a stray. It began a run if the next cycle, c,
+ * follows it and does not belong to the run before: after a jump ahead, c must have the candidate's
+ * clock; after a jump back, c must not follow that run's last cycle. */
 static void decide(struct finder *f, const struct place *c) {
     bool ahead = follows(&f->candidate, &f->last);
     f->has_candidate = false;
@@ -120,7 +121,7 @@ static void take_cycle(struct finder *f, const struct place *c) {
     if (f->known && repeats(c, &f->last) && !other) return;
     if (other) begin(f, c, f->config, f->part);
     else if (f->known && (!follows(c, &f->last) || elsewhere(f, c))) {
-        /* the cycle before c was a stray: c does not follow it, but follows the one before it */
+        /* the last cycle was a stray: c does not follow it, but follows the cycle before it */
         if (f->known == 2 && !follows(c, &f->last) && follows(c, &f->before)) f->strays++, f->last = *c;
         else {
             f->has_candidate = true, f->candidate = *c, f->candidate_told = f->config_at >= 0;

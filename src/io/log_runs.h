@@ -1,8 +1,8 @@
-/* Finds the runs of the daemon in a log. A log has several if lcm-logger recorded them or if logs
- * were joined. Within a run, numbers and times of cycles increase, so a cycle that goes back, or a
- * second configuration, begins another run. Parts of one run, joined in order, are one run. A
- * single cycle that jumps back or ahead between two consecutive ones is damage, not a run. Ordinary
- * threads. */
+/* Finds the runs of the daemon in a log. A log has several if lcm-logger recorded them, if logs
+ * were joined, or if the gains were changed (`hexid command set`). Within a run, numbers and times
+ * of cycles increase, so a cycle that goes back begins another run, and so does a configuration
+ * that differs from the run's. Parts of one run, joined in order, are one run. A single cycle that
+ * jumps back or ahead between two consecutive ones is damage, not a run. Ordinary threads. */
 #ifndef HEXID_LOG_RUNS_H
 #define HEXID_LOG_RUNS_H
 

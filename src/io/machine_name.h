@@ -44,10 +44,11 @@ bool machine_name_valid(const char *name);
  * is too long. */
 bool machine_address(const struct machine_name *m, bool stop, struct sockaddr_un *address);
 
-/* For the daemon: takes the machine's name; "": MACHINE_NAME_DEFAULT, or with the first free suffix
- * of -2, -3 ... *lock is a descriptor to keep open. STATUS_UNSAFE: the name is taken, the directory
- * cannot be trusted, or a file that is no socket is in the way; STATUS_IO: no directory, or it is
- * not writable; STATUS_USAGE: too long a path. */
+/* For the daemon: takes the machine's name. With name "" it takes MACHINE_NAME_DEFAULT, or, if that
+ * is taken, the first free one of MACHINE_NAME_DEFAULT-2, -3 ... *lock is a descriptor to keep
+ * open. STATUS_UNSAFE: the name is taken, the directory cannot be trusted, or a file that is no
+ * socket is in the way; STATUS_IO: no directory, or it is not writable; STATUS_USAGE: too long a
+ * path. */
 int machine_claim(const char *name, struct machine_name *m, int *lock, struct error *error);
 
 /* For clients: finds the running machines with this name; the name "" finds all. Returns their

@@ -17,7 +17,8 @@ struct mcap_writer;
 
 enum { MCAP_CHANNELS_MAX = 16 };
 
-/* Creates a file; never overwrites one. Returns -3 with path and reason. */
+/* Creates a file; never overwrites one. Returns -3 with path and reason, or -2 if the path is no
+ * file in a directory ("-"). */
 int mcap_create(struct mcap_writer **writer, const char *path, struct error *error);
 
 /* Adds a topic of JSON messages with this JSON schema; to be called before the topic's first

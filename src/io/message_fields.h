@@ -50,8 +50,8 @@ bool message_known(const char *channel);
  * the data are no such message. */
 bool message_read(const char *channel, const void *data, int size, struct message *message);
 
-/* Return element i, 0 .. value[field].count - 1, of a field of this kind in a message from
- * message_read(); booleans are integers. */
+/* Return element i, 0 .. value[field].count - 1, of a field in a message from message_read(). The
+ * field must have the kind that the function's name says; booleans are integers. */
 double message_real(const struct message *m, int field, int i);
 int64_t message_integer(const struct message *m, int field, int i);
 const char *message_text(const struct message *m, int field, int i);

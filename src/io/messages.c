@@ -46,8 +46,8 @@ static bool possible(const hexid_state_t *m) {
            m->phase >= PHASE_NONE && m->phase <= PHASE_RAMP_OUT && (m->enable == 0 || m->enable == 1);
 }
 
-/* Decodes a state without heap: liblcm takes none for it, because all its arrays have fixed
- * sizes. */
+/* Decodes a state without heap: liblcm's decoder needs none, because all arrays of a state have
+ * fixed sizes. */
 bool state_decode(const void *data, int size, struct cycle *cycle) {
     hexid_state_t m;
     if (hexid_state_t_decode(data, 0, size, &m) != size || !possible(&m)) return false;
@@ -165,7 +165,8 @@ static void skip_statements(struct wire *w) {
     skip_doubles(w, 1); /* certainty */
 }
 
-/* Reads a result of the present type or of the type of earlier versions. */
+/* Reads a result of the present type, hexid_gap_2_t, or of that of earlier versions,
+ * hexid_gap_t. */
 bool gap_decode(const void *data, int size, struct gap_summary *summary) {
     enum { CHANNELS = 5 };
     struct wire w = wire_open(data, size, __hexid_gap_2_t_get_hash());

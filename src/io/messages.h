@@ -61,8 +61,8 @@ struct gap_summary {
 };
 bool gap_decode(const void *data, int size, struct gap_summary *summary);
 
-/* Encodes stop or park for CHANNEL_COMMAND (command_t); LCM carries no other commands. Returns the
- * size. */
+/* Encodes stop or park for CHANNEL_COMMAND (hexid_command_t); LCM carries no other commands.
+ * Returns the size. */
 int command_encode(enum command command, int64_t time_ns, unsigned char buffer[COMMAND_MESSAGE_MAX]);
 
 /* Reads a command. Returns false for anything but stop and park. */

@@ -52,9 +52,9 @@ int output_prepare(struct output *o, const char *name, enum output_kind kind, st
 int output_write(struct output *o, const char *text, struct error *error);
 
 /* Do what output_write() does, and free the text. With text NULL output_made() returns -3, because
- * there was no memory for it. `made` and *error are the result of making the page, such as pictures
- * that are missing; output_page() returns `made` unless writing fails, and writes nothing if page
- * is NULL. */
+ * there was no memory for it. output_page() takes in `made` and *error the result of making the
+ * page, such as missing pictures; it writes nothing if page is NULL, and returns `made` unless
+ * writing fails. */
 int output_made(struct output *o, char *text, struct error *error);
 int output_page(struct output *o, int made, char *page, struct error *error);
 
@@ -71,9 +71,9 @@ void output_discard(struct output *o);
 /* Prepares an output and writes the text to it. */
 int output_text(const char *name, const char *text, struct error *error);
 
-/* Follows symbolic links of the last component to the path where a file is or would be; in_place:
- * the path is a descriptor (a link of /proc) or not a regular file. Returns -1 with errno on
- * failure. */
+/* Follows symbolic links of the last component to the path where a file is or would be. *in_place
+ * returns true if that path is a descriptor (a link of /proc) or not a regular file. Returns -1
+ * with errno on failure. */
 int output_place(const char *name, char path[PATH_MAX], bool *in_place);
 
 /* Opens a log for writing: locked and empty. A file that is not empty is renamed to NAME.1, or the

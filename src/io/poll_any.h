@@ -7,10 +7,11 @@
 #include <poll.h>
 #include <signal.h>
 
-/* Waits for one of these descriptors, which must not block when they are used. timeout_ms: as for
- * poll(2); below 0: without end. mask: signals blocked meanwhile (ppoll(2)); NULL: no change.
- * Returns as poll(2) does. If the limit is too low, it polls the entries in parts, every 2 ms; with
- * a limit of 0 nothing can be polled, and every entry counts as ready. */
+/* Waits for one of these descriptors. Their use must not block (O_NONBLOCK or MSG_DONTWAIT),
+ * because an entry may count as ready without being so. timeout_ms: as for poll(2); below 0:
+ * without end. mask: signals blocked meanwhile (ppoll(2)); NULL: no change. Returns as poll(2)
+ * does. If RLIMIT_NOFILE is too low, the entries are polled in parts, every 2 ms; with a limit of 0
+ * nothing can be polled, and every entry counts as ready. */
 int poll_any(struct pollfd *p, nfds_t count, int timeout_ms, const sigset_t *mask);
 
 #endif

@@ -15,9 +15,9 @@ static const double step_least_s = 1e-6;                   /* shorter steps are 
                                                             * and badly conditioned for a spline */
 static const double farthest_m = 10.0;      /* largest coordinate, m; beyond it, or half a turn, the
                                              * file must have other units */
-static const double closed_within = 1e-6;          /* difference between the last and the first pose
-                                                    * of repeated passes, m or rad, that counts as
-                                                    * rounding of the file's last digit */
+static const double closed_within = 1e-6;          /* largest difference between the last and the
+                                                    * first pose of repeated passes, m or rad, that
+                                                    * counts as rounding of the file's last digit */
 
 static const char *const names[COLUMNS] = {"t_s", "x_m", "y_m", "z_m", "phi_rad", "theta_rad", "psi_rad"};
 

@@ -4,11 +4,11 @@
 #include <string.h>
 
 enum { TOGETHER = 8 };
-static const double SINGULAR = 1e-14; /* least pivot, as a share of its diagonal element before
-                                       * elimination; a smaller one may be rounding error alone */
+static const double SINGULAR = 1e-14; /* least pivot, as a share of the diagonal element before
+                                       * elimination; a smaller pivot may be rounding error alone */
 
-/* Computes element j of several rows of L at once: their sums are independent, so the processor
- * overlaps them. */
+/* Computes element j of several rows of L at once. The sums of different rows are independent, so
+ * the processor overlaps them. */
 static inline void column(int j, int row, int rows, double *a, const double *aj) {
     double s[TOGETHER];
     for (int i = 0; i < rows; i++) s[i] = a[i * row + j];

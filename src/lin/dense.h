@@ -5,12 +5,11 @@
 
 #include <stdbool.h>
 
-/* Computes a' b, n values each. Its partial sums are independent, so the processor overlaps
- * them. */
+/* Computes a' b, n values each, in independent partial sums, which the processor overlaps. */
 double dense_dot(int n, const double *a, const double *b);
 
 /* Factors A = L L' in place: L replaces the lower triangle of A, and the upper one is not used.
- * Returns false if A is not positive definite to rounding, or NaN is met. */
+ * Returns false if A is not positive definite to within rounding error, or has a NaN. */
 bool dense_factor(int n, int row, double *a);
 
 /* Solves L L' x = b in place: b becomes x. factor: L, as dense_factor() leaves it. */

@@ -16,11 +16,11 @@ namespace {
 
 /* The storage is inside the matrix, not on the heap. */
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, LIN_MAX, LIN_MAX>;
-/* Limited to LIN_COMPLEX_MAX, because Eigen clears complex storage: with LIN_MAX that would take
- * longer than finding the eigenvalues. */
+/* Limited to LIN_COMPLEX_MAX, because Eigen clears complex storage, and clearing LIN_MAX rows and
+ * columns would take longer than finding the eigenvalues. */
 using Complex = Eigen::Matrix<std::complex<double>, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, LIN_COMPLEX_MAX, LIN_COMPLEX_MAX>;
-using Svd = Eigen::JacobiSVD<Matrix, Eigen::NoQRPreconditioner>; /* without QR preconditioner it
-                                                                  * takes square matrices only */
+using Svd = Eigen::JacobiSVD<Matrix, Eigen::NoQRPreconditioner>; /* this variant takes square
+                                                                  * matrices only */
 using Input = Eigen::Map<const Matrix>;
 using Output = Eigen::Map<Matrix>;
 

@@ -7,7 +7,7 @@
 #include "params.h"
 #include "vec.h"
 
-/* Adds the wrench that overcomes the moments of joint friction. */
+/* Adds to `wrench` the part that overcomes joint friction. */
 static void push_joints(const struct inverse_dynamics *d, const struct rigid_legs *legs, const double acceleration[DOFS],
                         double wrench[DOFS]) {
     struct joint_axes axes;
@@ -29,8 +29,8 @@ static bool forces(struct inverse_dynamics *d, const struct inverse_dynamics_inp
     return true;
 }
 
-/* Computes the inertia matrix in leg coordinates, (J M^-1 J')^-1. J M^-1 J' maps forces along the
- * legs to accelerations of the legs. */
+/* Computes the inertia matrix in leg coordinates, (J M^-1 J')^-1; J M^-1 J' maps forces along the
+ * legs to accelerations along the legs. */
 static void leg_mass(const struct params *params, double lambda[LEGS][LEGS]) {
     struct rigid_model rigid;
     struct rigid_state s;

@@ -7,7 +7,7 @@
 #include "units.h"
 
 static const int64_t yield_ns = NS_PER_S / 1000; /* duration of clock_yield(), which sleeps because
-                                                  * a spinning real-time thread would starve
+                                                  * a real-time thread that spins would starve
                                                   * others */
 
 static void sleep_until(int64_t at_ns) {

@@ -2,10 +2,12 @@
  *
  *   real     CLOCK_MONOTONIC, for hardware and `--rt require`; missed time is lost.
  *   paced    For the simulated platform. It follows CLOCK_MONOTONIC as long as the host keeps up,
- *            and stretches if it does not, so that the loop sees the times of a virtual clock.
+ *            and is stretched when the host is late, so that the loop sees the times of a virtual
+ *            clock.
  *   virtual  For `--fast`: time goes on as fast as the loop can run.
  *
- * All functions are RT; any thread may call clock_now(), and only the loop's thread the others. */
+ * All functions are RT. Any thread may call clock_now(); only the thread that runs the loop calls
+ * the other functions, except that loop_init() also calls clock_start() in the main thread. */
 #ifndef HEXID_CLOCK_H
 #define HEXID_CLOCK_H
 
@@ -16,8 +18,8 @@ enum clock_kind { CLOCK_REAL, CLOCK_PACED, CLOCK_VIRTUAL };
 
 struct clock {
     enum clock_kind kind;
-    int64_t start_ns;        /* CLOCK_MONOTONIC at the loop's start, plus the time by which a paced
-                              * clock was stretched; 0 on a virtual clock */
+    int64_t start_ns;        /* CLOCK_MONOTONIC at the loop's start, plus all stretching of a paced
+                              * clock; 0 on a virtual clock */
     int64_t system_us;       /* CLOCK_REALTIME at the loop's start; 0 on a virtual clock */
     int64_t woke_ns;         /* CLOCK_MONOTONIC when the last wait ended; 0 on a virtual clock */
     _Atomic int64_t now_ns;  /* time of a paced or virtual clock */
@@ -26,17 +28,18 @@ struct clock {
 void clock_start(struct clock *c, enum clock_kind kind);
 int64_t clock_now(const struct clock *c);
 
-/* Sleeps until the absolute time, in spite of signals. Returns the time, and in *late_ns the delay
- * of the wake-up (0 on a virtual clock). */
+/* Sleeps until the absolute time on this clock; signals do not end the sleep. Returns the time
+ * after it, and in *late_ns the delay of the wake-up (0 on a virtual clock). */
 int64_t clock_wait(struct clock *c, int64_t until_ns, int64_t *late_ns);
 
-/* Stretches a paced clock: shifts all later times by the host's delay. */
+/* Stretches a paced clock: shifts all later times by by_ns, a delay of the host. */
 void clock_stretch(struct clock *c, int64_t by_ns);
 
 /* Returns the CLOCK_MONOTONIC time since the end of the last wait; 0 on a virtual clock. */
 int64_t clock_since_wake(const struct clock *c);
 
-/* Lets other threads run; for a loop that waits for another thread on a paced or virtual clock. */
+/* Lets other threads run: sleeps for a millisecond. For a loop on a paced or virtual clock that
+ * waits for another thread. */
 void clock_yield(void);
 
 #endif

@@ -36,8 +36,8 @@ void confine_thread(void) {
     syscall(SYS_capset, &header, none);
 }
 
-/* Copies both paths, a page each, to addresses below all other memory, and makes these pages
- * read-only. allow_memory() allows calls that change memory only above them. */
+/* Copies both paths, a page each, to addresses below all other memory, and makes these two pages
+ * read-only. The calls that allow_memory() allows can change memory only above them. */
 static char *intern(const char *first, const char *second) {
     for (uintptr_t at = LOWEST; at < LOWEST + PLACES * PAGE; at += PAGE) {
         char *pages = mmap((void *)at, 2 * PAGE, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED_NOREPLACE, -1, 0);
@@ -69,7 +69,7 @@ static int allow_always(scmp_filter_ctx filter) {
         SCMP_SYS(sched_getaffinity),
         /* signals */
         SCMP_SYS(rt_sigaction), SCMP_SYS(rt_sigprocmask), SCMP_SYS(rt_sigreturn), SCMP_SYS(rt_sigtimedwait), SCMP_SYS(sigaltstack),
-        /* SAFETY: calls of a thread that is just starting; glibc ends the process if they fail */
+        /* SAFETY: calls that a starting thread makes; glibc ends the process if they fail */
         SCMP_SYS(rseq), SCMP_SYS(set_robust_list),
         /* this process */
         SCMP_SYS(getpid), SCMP_SYS(gettid), SCMP_SYS(getrandom), SCMP_SYS(brk), SCMP_SYS(munlockall), SCMP_SYS(capset), SCMP_SYS(exit),
@@ -77,8 +77,8 @@ static int allow_always(scmp_filter_ctx filter) {
     return allow(filter, calls, COUNT(calls));
 }
 
-/* Allows the requests for settings, size and queues of a terminal or a serial line, but none that
- * inserts characters into it. */
+/* Allows the requests for settings, size and queues of a terminal or a serial line, but no request
+ * that inserts characters into its input. */
 static int allow_ioctl(scmp_filter_ctx filter) {
     static const unsigned requests[] = {TCGETS, TCSETS, TCSETSW, TCSETSF, TCSBRK, TCFLSH, TIOCOUTQ, TIOCGWINSZ, FIONREAD};
     int failed = 0;
@@ -87,8 +87,8 @@ static int allow_ioctl(scmp_filter_ctx filter) {
     return failed;
 }
 
-/* Allows mapping memory that is not executable at free addresses, and changing memory above the
- * pages of the paths, which lie lowest. No call may make memory executable. */
+/* Allows mapping memory that is not executable at free addresses, and changing memory above the two
+ * pages of the paths, the lowest ones. No allowed call makes memory executable. */
 static int allow_memory(scmp_filter_ctx filter, const char *paths) {
     const scmp_datum_t first = paths ? (uintptr_t)paths + 2 * PAGE : 0;
     const struct scmp_arg_cmp above = SCMP_A0(SCMP_CMP_GE, first), data = SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0);
@@ -112,8 +112,7 @@ static int allow_result(scmp_filter_ctx filter, const struct output *result, con
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(renameat2), 5, here, beside,
                                   SCMP_A2(SCMP_CMP_MASKED_EQ, UINT32_MAX, (uint32_t)AT_FDCWD),
                                   SCMP_A3(SCMP_CMP_EQ, (uintptr_t)paths + PAGE), SCMP_A4(SCMP_CMP_EQ, result->rename_flags));
-    /* on file systems without RENAME_NOREPLACE, output_write() links the file to its name
-     * instead */
+    /* on file systems without RENAME_NOREPLACE, output_write() makes a link instead of renaming */
     if (!failed && result->rename_flags)
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(linkat), 5, here, beside,
                                   SCMP_A2(SCMP_CMP_MASKED_EQ, UINT32_MAX, (uint32_t)AT_FDCWD),
@@ -134,7 +133,7 @@ static int allow_sockets(scmp_filter_ctx filter) {
 }
 
 /* Allows the calls that open a serial device again. SAFETY: the filter cannot compare the device's
- * path, so no other back-end may open files for writing. */
+ * path, so only a daemon with a serial back-end may make these calls. */
 static int allow_serial(scmp_filter_ctx filter) {
     const scmp_datum_t how = O_ACCMODE | O_CREAT | O_TRUNC | O_EXCL | O_NOCTTY | O_NONBLOCK | O_TMPFILE;
     int failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(sched_setscheduler), 0);
@@ -160,8 +159,8 @@ static int allow_can(scmp_filter_ctx filter) {
 static int build(scmp_filter_ctx filter, const struct confinement *c, const char *paths) {
     int failed = seccomp_attr_set(filter, SCMP_FLTATR_CTL_TSYNC, 1);
     if (!failed) failed = seccomp_attr_set(filter, SCMP_FLTATR_ACT_BADARCH, SCMP_ACT_ERRNO(EPERM));
-    /* these options only save time (no mitigation of speculative store bypass; faster filter), so a
-     * failure is ignored */
+    /* these options only save time (no mitigation of speculative store bypass; a faster filter), so
+     * a failure of theirs is ignored */
     if (!failed) seccomp_attr_set(filter, SCMP_FLTATR_CTL_SSB, 1), seccomp_attr_set(filter, SCMP_FLTATR_CTL_OPTIMIZE, 2);
     if (!failed) failed = allow_always(filter);
     if (!failed) failed = allow_ioctl(filter);

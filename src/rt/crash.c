@@ -23,7 +23,8 @@ static void on_crash(int number) {
 void crash_stack(void) {
     static _Thread_local unsigned char stack[1 << 15];
     stack_t there;
-    /* a sanitizer has set up a stack of its own and removes it itself, so that stack is kept */
+    /* a sanitizer has set up a stack of its own, which it also removes, so that stack stays in
+     * use */
     if (!sigaltstack(NULL, &there) && !(there.ss_flags & SS_DISABLE)) return;
     sigaltstack(&(stack_t){.ss_sp = stack, .ss_size = sizeof stack}, NULL);
 }

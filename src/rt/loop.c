@@ -13,8 +13,8 @@
 
 enum { TRIES = 1000 };
 
-/* Returns true if the loop is to end: at once after `abort`; otherwise when the supply is off, and
- * either the loop was told to end or an automatic run is over. */
+/* Returns true if the loop must end: at once after `abort`; otherwise when the supply is off, and
+ * the loop was told to end or an automatic run is over. */
 static bool finished(const struct loop *l) {
     if (atomic_load_explicit(&l->abort, memory_order_relaxed)) return true;
     bool over = l->params->motion.automatic && !l->platform.automatic;
@@ -34,12 +34,12 @@ static int64_t overrun(struct loop *l, int64_t late_ns) {
     return missed;
 }
 
-/* SAFETY: once told to end, the loop ignores other requests and parks the platform. It does the
- * same while the thread that takes stops is held up. */
+/* SAFETY: once told to end, the loop ignores other requests and parks the platform; likewise while
+ * the thread that takes stops is held up. */
 static struct request asked(const struct loop *l) {
     struct request request = mailbox_read(&l->requests);
-    /* gains that are being written at this moment belong to a later request, so this request gets
-     * NaN, which is refused */
+    /* gains that change at this moment belong to a later request, so this request gets NaN, which
+     * is refused */
     if (request.command == COMMAND_SET && !gains_box_get(&l->gains, &request.gains)) request.gains = (struct gains){.value = {(double)NAN}};
     bool parks = atomic_load_explicit(&l->quit, memory_order_acquire) || atomic_load_explicit(&l->unattended, memory_order_relaxed);
     if (parks) request.command = COMMAND_PARK;
@@ -56,8 +56,8 @@ void loop_attend(struct loop *l, bool works) {
     atomic_store_explicit(&l->attended, next | works, memory_order_relaxed);
 }
 
-/* SAFETY: parks if the thread that takes stops is held up, at a stretch or again and again. Cycles
- * are counted, not time: a host that stands still holds up both threads, and that is reported as an
+/* SAFETY: parks if the thread that takes stops is held up, at a stretch or again and again. This
+ * counts cycles, not time, because a host that stands still holds up both threads; that shows as an
  * overrun. */
 static void watch_attendance(struct loop *l) {
     uint64_t attended = atomic_load_explicit(&l->attended, memory_order_relaxed);
@@ -95,17 +95,17 @@ static void tell_gains(struct loop *l) {
 
 struct gains loop_gains(const struct loop *l) {
     struct gains gains;
-    /* SAFETY: the caller's thread also handles stops, so the number of tries is limited; the loop
-     * writes in a few instructions. If the gains are a mixture of two writes all the same, a change
-     * based on them is refused. */
+    /* SAFETY: the number of tries is limited, because the calling thread also takes stops; the loop
+     * writes in a few instructions. If the result is a mixture of two writes all the same, a change
+     * of gains based on it is refused. */
     for (int i = 0; i < TRIES && !gains_box_get(&l->present, &gains); i++) continue;
     return gains;
 }
 
 static void tell_acted(struct loop *l) {
     const struct platform *p = &l->platform;
-    tell_gains(l); /* before the store below, so that a thread that sees a request as processed also
-                    * sees its gains */
+    tell_gains(l); /* first, so that a thread that sees a request as processed in `acted` also sees
+                    * its gains */
     struct loop_acted acted = {.request_id = p->supervisor.request_id,
                                .taken = p->request_taken,
                                .stopped = p->stopping,

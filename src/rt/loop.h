@@ -31,15 +31,15 @@ struct loop {
     struct mailbox requests;         /* requests from any thread to the loop */
     struct gains_box gains;          /* new gains, from the operator's thread */
     struct gains_box present;        /* present gains; set by the loop */
-    _Atomic bool quit;         /* the loop is to park and end; set by any thread with loop_quit() */
-    _Atomic bool abort;        /* the loop is to centre the valves and end now; set by any thread */
+    _Atomic bool quit;         /* the loop must park and end; set by any thread with loop_quit() */
+    _Atomic bool abort;        /* the loop must centre the valves and end now; set by any thread */
     _Atomic bool ended;              /* the last record is in the ring; set by the loop */
-    _Atomic uint64_t attended; /* twice the number of calls of loop_attend(), and 1 while its thread
-                                * works */
-    _Atomic bool unattended;   /* the loop parks because loop_attend()'s thread is held up; set by
-                                * the loop */
+    _Atomic uint64_t attended; /* twice the number of calls of loop_attend(), plus 1 while the
+                                * calling thread works */
+    _Atomic bool unattended;   /* the loop parks because the thread that calls loop_attend() is held
+                                * up; set by the loop */
     _Atomic uint64_t lost;   /* number of records lost because the ring was full; set by the loop */
-    _Atomic uint64_t acted;          /* packed struct loop_acted, which loop_acted() unpacks; set by
+    _Atomic uint64_t acted;          /* struct loop_acted, packed; loop_acted() unpacks it; set by
                                       * the loop */
     struct clock clock;
     struct platform platform;
@@ -60,29 +60,29 @@ struct loop {
 int loop_init(struct loop *l, const struct params *params, struct hal *hal, struct ring *records, enum clock_kind clock,
               struct error *error);
 
-/* Starts the loop's thread. STATUS_IO: the thread cannot be started. If real time is refused: with
- * REALTIME_REQUIRE returns STATUS_UNSAFE, and nothing runs; with REALTIME_TRY the refusal is in
- * l->realtime and l->realtime_error. */
+/* Starts the loop's thread. STATUS_IO: the thread cannot be started. If real time is refused with
+ * REALTIME_REQUIRE, returns STATUS_UNSAFE, and nothing runs; with REALTIME_TRY the loop runs, and
+ * l->realtime and l->realtime_error have the refusal. */
 int loop_start(struct loop *l, enum realtime_mode mode, struct error *error);
 void loop_join(struct loop *l);
 
 /* Results of requests, as of the loop's last cycle. Any thread. */
 struct loop_acted {
     uint32_t request_id;             /* id of the last request that was processed */
-    bool taken;                      /* the request had an effect in the state at that time */
-    bool stopped;                    /* the latest tests were ended by a stop, or are being ended by
+    bool taken;                      /* the last request had an effect in the state at that time */
+    bool stopped;                    /* a stop has ended the latest tests, or is ending the present
                                       * one */
     enum state state;                /* current state of the supervisor */
-    uint32_t wrong;                  /* current wrong inputs: INPUT_... */
-    uint32_t first_fault;        /* the fault that stands for all latched ones, one of FAULT_...
-                                  * (types.h); 0: none is latched */
+    uint32_t wrong;                  /* inputs INPUT_... that are wrong now (platform_wrong()) */
+    uint32_t first_fault;        /* the headline of the latched faults, one of FAULT_... (types.h);
+                                  * 0: no fault is latched */
 };
 struct loop_acted loop_acted(const struct loop *l);
 
 /* Returns the present gains of the loop. Any thread but the loop's. */
 struct gains loop_gains(const struct loop *l);
 
-/* Packs struct loop_acted in a word; public for tests that replace the loop. Pure, RT. */
+/* Packs struct loop_acted into a word; public only for tests that replace the loop. Pure, RT. */
 uint64_t loop_acted_word(const struct loop_acted *acted);
 
 /* SAFETY: parks the platform in spite of any later request, and ends the loop as soon as the supply
@@ -90,23 +90,26 @@ uint64_t loop_acted_word(const struct loop_acted *acted);
 void loop_quit(struct loop *l);
 
 /* SAFETY: tells the loop that the thread that takes commands is alive. That thread calls this twice
- * in each of its rounds: before it waits for commands (works: false) and after the wait (true).
+ * in each of its rounds: before it waits for commands (works: false) and after the wait (works:
+ * true).
+ *
  * While anything holds that thread up, no command can stop the platform. So the loop counts the
- * cycles in which the thread has worked for more than LOOP_WORK_S, or has waited for more than
- * LOOP_ROUND_S; each cycle of a shorter wait subtracts LOOP_RECOVERY from the count. When the
- * counted cycles last LOOP_ATTENDED_S, the loop parks, and accepts no other request until the count
- * is 0 again. If the thread is held up without a break, the platform parks within LOOP_ROUND_S +
- * LOOP_ATTENDED_S; if it is held up again and again, that takes longer, because the waits between
- * subtract. The loop counts from the first call on; it does not count in virtual time, with which
- * no thread keeps up. */
+ * cycles in which the thread has worked for LOOP_WORK_S or longer, or has waited for LOOP_ROUND_S
+ * or longer; each cycle of a shorter wait subtracts LOOP_RECOVERY from the count. When the counted
+ * cycles make up LOOP_ATTENDED_S, the loop parks, and accepts no other request until the count is 0
+ * again. If the thread is held up without a break, the loop parks within LOOP_ROUND_S +
+ * LOOP_ATTENDED_S; with breaks it takes longer, because the waits in between subtract.
+ *
+ * The loop counts from the first call on, but not in virtual time, with which no thread keeps
+ * up. */
 #define LOOP_ATTENDED_S 1.0
 #define LOOP_ROUND_S 0.1
 #define LOOP_WORK_S 0.01
 #define LOOP_RECOVERY 4
 void loop_attend(struct loop *l, bool works);
 
-/* Runs one cycle. Returns false after the last cycle. RT: no heap, no lock; only clock and back-end
- * make system calls. */
+/* Runs one cycle. Returns false after the last cycle. RT: no heap, no lock, and no system calls but
+ * those of clock and back-end. */
 bool loop_cycle(struct loop *l);
 
 #endif

@@ -17,8 +17,8 @@ static int open_standard(struct error *error) {
     for (int file = STDIN_FILENO; file <= STDERR_FILENO; file++) {
         if (fcntl(file, F_GETFD) >= 0) continue;
         int got = open("/dev/null", file == STDIN_FILENO ? O_WRONLY : O_RDONLY);
-        /* without /dev a descriptor with O_PATH serves: it refuses reads and writes, as /dev/null
-         * does if it is opened the wrong way round */
+        /* without /dev a descriptor with O_PATH serves: it refuses reads and writes, like /dev/null
+         * opened in the wrong direction */
         if (got < 0) got = open("/", O_PATH);
         if (got != file)
             return error_set(error, STATUS_IO, "descriptor %d is closed, and /dev/null cannot take its place: %s", file, strerror(errno));
@@ -49,8 +49,8 @@ static void raise_limit(int resource, rlim_t wanted) {
     setrlimit(resource, &limit);
 }
 
-/* Checks that a limit is at least `least`. unit: number of the kernel's units in a unit of the
- * message, 1024 for the stack: the kernel counts it in bytes, the message in kB. */
+/* Checks that a limit is at least `least`. unit: number of the kernel's units in one unit of the
+ * message; 1024 for the stack, which the kernel counts in bytes and the message in kB. */
 static int need(int resource, rlim_t least, rlim_t unit, const char *what, const char *remedy, struct error *error) {
     struct rlimit limit;
     if (getrlimit(resource, &limit) || limit.rlim_cur >= least) return STATUS_OK;
@@ -58,9 +58,9 @@ static int need(int resource, rlim_t least, rlim_t unit, const char *what, const
                      (unsigned long long)(limit.rlim_cur / unit), what, (unsigned long long)(least / unit), remedy);
 }
 
-/* Removes variables by which GLib, loaded by Debian's liblcm, would do harm. G_MESSAGES_DEBUG=all
- * would print into results on standard output, G_DEBUG=fatal-warnings would abort a daemon that
- * holds a platform up, and G_SLICE changes how memory is taken. */
+/* Removes variables that make GLib, loaded by Debian's liblcm, do harm: G_MESSAGES_DEBUG=all prints
+ * into results on standard output, G_DEBUG=fatal-warnings aborts a daemon that holds a platform up,
+ * and G_SLICE changes how memory is allocated. */
 static void clean_environment(void) {
     static const char *const names[] = {"G_DEBUG", "G_MESSAGES_DEBUG", "G_SLICE"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) unsetenv(names[i]);

@@ -25,7 +25,7 @@
 #include "status.h"
 
 enum {
-    PROCESS_STACK = 8 << 20, /* bytes of stack; `hexid gap` needs the most, but less than this
+    PROCESS_STACK = 8 << 20, /* bytes of stack; `hexid gap` uses the most stack, and less than this
                               * (tests/bench/stacks.py) */
     PROCESS_FILES = 128,     /* a run opens fewer than 32 descriptors, and 66 more for clients of
                               * `hexid command` */
@@ -40,8 +40,8 @@ int process_start(struct error *error);
  * `set`, because a stop must work within any limits. */
 int process_limits(struct error *error);
 
-/* Returns true if this signal must stay ignored because the caller of the program ignored it. That
- * is respected for SIGHUP only, with which nohup(1) makes a program survive its terminal. A shell
+/* Returns true if this signal must stay ignored because the program's caller ignored it. This holds
+ * for SIGHUP only, because nohup(1) ignores it so that a program survives its terminal. A shell
  * makes background programs ignore SIGINT, too, but `kill -INT` must still park the platform. */
 bool process_ignores(int number);
 

@@ -10,22 +10,23 @@ struct loop_params;
 enum realtime_mode { REALTIME_OFF, REALTIME_TRY, REALTIME_REQUIRE };
 
 /* Limits malloc to one arena; to be called before any other thread starts. Each further arena would
- * reserve 64 MB of locked memory. Also, before malloc returns memory of such an arena to the
- * system, it reads a file of /proc, which a confined process may not do. */
+ * reserve 64 MB of locked memory. Also, to return memory of a further arena to the system, malloc
+ * reads a file of /proc, which a confined process may not do. */
 void realtime_heap(void);
 
-/* Makes the calling thread real-time; with REALTIME_OFF it does nothing and returns 0. Returns 0 if
- * everything was granted, and SCHED_FIFO was read back. Otherwise returns STATUS_UNSAFE with one of
- * the refused parts and its remedy; with REALTIME_TRY the thread continues with the parts that were
- * granted, and the caller shows the message. SAFETY: a refusal is never reported only in a log. */
+/* Makes the calling thread real-time. Returns 0 if everything was granted and SCHED_FIFO was read
+ * back; with REALTIME_OFF does nothing and returns 0. Otherwise returns STATUS_UNSAFE; the error
+ * names one of the refused parts and its remedy. With REALTIME_TRY the thread then continues with
+ * the parts that were granted, and the caller shows the message. SAFETY: a refusal must not be
+ * reported only in a log. */
 int realtime_enter(const struct loop_params *params, enum realtime_mode mode, struct error *error);
 
-/* Sets SCHED_FIFO for the calling thread. Its priority is lower than the loop's by `below`, but at
- * least 1. If that is refused, the thread continues unchanged. */
+/* Sets SCHED_FIFO for the calling thread, with the loop's priority less `below`, but at least 1. If
+ * the kernel refuses, the thread continues unchanged. */
 void realtime_follow(const struct loop_params *params, int below);
 
-/* Unlocks the memory of the whole process. To be called when nothing is driven any more, because
- * the remaining work may need more memory than may be locked. */
+/* Unlocks the memory of the whole process. To be called when nothing is driven any more: the
+ * remaining work may need more memory than may be locked. */
 void realtime_leave(void);
 
 #endif

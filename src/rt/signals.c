@@ -13,22 +13,23 @@
 #include "thread.h"
 #include "units.h"
 
-/* Distance of the thread's SCHED_FIFO priority below the loop's. The priority is higher than that
- * of the main thread, which may be busy for as long as somebody floods it with commands. */
+/* BELOW_LOOP: difference between the loop's SCHED_FIFO priority and this thread's. This thread is
+ * still more urgent than the main thread, which is busy as long as somebody floods it with
+ * commands. */
 enum { BELOW_LOOP = 1, WAKE = SIGUSR1 };
 
 static bool by_hand(int number) { return number == SIGINT || number == SIGTERM || number == SIGQUIT; }
 
-/* Tells the operator, unless signals_mute() was called; that function waits for the end of this
- * one, and never the other way round. */
+/* Tells the operator, unless signals_mute() was called. signals_mute() waits until this function
+ * has ended; this function never waits for signals_mute(). */
 static void tell(struct signals *s, const char *text) {
     atomic_store(&s->telling, true);
     if (!atomic_load(&s->mute)) s->say(s->context, text);
     atomic_store(&s->telling, false);
 }
 
-/* SAFETY: passes a signal to the loop, and only then tells the operator. Nothing in here can block:
- * a thread that waits takes no second signal, which centres the valves. */
+/* SAFETY: passes a signal to the loop, and only then tells the operator. Nothing here may block:
+ * while this thread waits, it cannot take a second signal, which must centre the valves. */
 static void stop_loop(struct signals *s, int number, int64_t now_ns) {
     if (!atomic_load(&s->first)) {
         loop_quit(s->loop);
@@ -75,8 +76,8 @@ static void *signals_thread(void *argument) {
     for (;;) {
         if (sigwaitinfo(&s->set, &signal) < 0) {
             if (errno == EINTR) continue;
-            /* SAFETY: signals can be taken no more, and this thread must not spin ahead of others,
-             * so the platform is parked */
+            /* SAFETY: no more signals can be taken, so the platform is parked; another try could
+             * make this thread spin and starve others */
             atomic_store(&s->refused, errno);
             loop_quit(s->loop);
             return NULL;
@@ -89,8 +90,8 @@ static void *signals_thread(void *argument) {
     }
 }
 
-/* SAFETY: blocks the signals in all threads, so that each of them reaches the thread that parks the
- * platform and none ends the process. */
+/* SAFETY: blocks the signals in all threads, so that every signal reaches the thread that parks the
+ * platform, and no signal ends the process. */
 static void block(sigset_t *set) {
     static const int ignored[] = {SIGTTIN, SIGTTOU};
     static const int stops[] = {SIGINT,    SIGTERM, SIGHUP, SIGQUIT, SIGUSR1,   SIGUSR2, SIGALRM,
