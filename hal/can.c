@@ -2,24 +2,25 @@
  * can_master.h: nodes and samples, can_socket.h: the socket).
  *
  * Cycle k reads the values that the nodes latched at the SYNC of cycle k-1, and ends by sending the
- * RPDOs of its command, then SYNC k. That SYNC puts the command into force and latches the next
+ * RPDOs of its command, then SYNC k. SYNC k puts the command into force and latches the next
  * sample, so a command acts exactly one cycle after the sample from which it was computed. The
  * sample's time is the moment at which the bus carried its SYNC. After a missing TPDO a cycle may
  * send nothing (can_master.h).
  *
  * SAFETY: frames in the kernel's transmit queue cannot be recalled. So while three SYNCs have not
- * come back from the bus, nothing more is sent, and write() fails; only every 0.1 s one cycle's
- * frames are sent as a trial (jam_s). If the bus carries the queued frames later, they reach nodes
- * whose watchdog has centred the valve and which ignore commands in pre-operational.
+ * come back from the bus, nothing more is sent, and write() fails; only once every 0.1 s one
+ * cycle's frames are sent as a trial (jam_s). If the bus carries the queued frames later, the nodes
+ * ignore them: their watchdogs have centred the valves, and in pre-operational they take no
+ * commands.
  *
- * When an interface disappears, because its adapter was unplugged, its socket is useless. A thread
+ * When an interface disappears because its adapter was unplugged, its socket is useless. A thread
  * of the back-end checks the interface four times a second and opens a socket on the new interface
  * of the same name; the loop, which never waits, then uses that socket. Nodes and platform are then
  * in the same state as after any other loss of the bus.
  *
- * SAFETY: one master. Before it sends anything, bring-up listens: a frame that only a master
- * sends ends it, and the running master is not disturbed. Later such a frame, unless it is an
- * own echo, is a fault at once (can_master.h). */
+ * SAFETY: one master. Bring-up listens before it sends anything. If it hears a frame that only a
+ * master sends, it ends, and does not disturb the running master. Later such a frame is a fault at
+ * once, unless it is the echo of an own frame (can_master.h). */
 #include <errno.h>
 #include <pthread.h>
 #include <semaphore.h>

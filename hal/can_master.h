@@ -17,38 +17,39 @@
  * watchdogs, SYNC and PDOs, reads these settings back, and repeats the claim. SAFETY: a node with
  * other values is not started.
  *
- * SAFETY: one master. CAN frames carry no sender, but echoes of own frames are marked: any other
- * frame that only a master sends makes the next sample SAMPLE_FOREIGN.
+ * SAFETY: one master. CAN frames carry no sender, but echoes of own frames are marked. Any other
+ * frame that only a master sends comes from another master, and makes the next sample
+ * SAMPLE_FOREIGN.
  *
  * A lost node is sent an SDO request twice a second, and is set up again as soon as it replies or
- * sends a heartbeat. The supervisor and the operator decide whether the platform may move again,
- * because every sample is invalid while a node is not running.
+ * sends a heartbeat. Every sample is invalid while a node is not running, so the supervisor and the
+ * operator decide whether the platform may move again.
  *
  * A cycle: the window of a sample opens with the echo of a SYNC, at the moment when the bus carried
- * it, and closes with the next echo. If all TPDOs, including the one of the inputs, come in the
- * window, they are a sample, latched at the SYNC. If one is missing, the last complete sample is
- * returned again, marked stale. If the time between two SYNCs differs from the period by more than
- * half a period, the sample of the second SYNC is marked late.
+ * that SYNC, and closes with the next echo. If all TPDOs, including that of the inputs, come within
+ * the window, they are a sample, latched at the SYNC. If a TPDO is missing, the last complete
+ * sample is returned again, marked stale. If the time between two SYNCs differs from the period by
+ * more than half a period, the sample of the second SYNC is marked late.
  *
  * A TPDO does not show to which SYNC it belongs, and a late TPDO must not be taken for an answer to
- * the next SYNC. So if a TPDO is missing, the next command and SYNC pause for a cycle, in which it
- * can still come into its own window. If it does not, it may come into a later window, so there is
- * a pause after every SYNC until all nodes have answered in the first of the two cycles. Thus all
- * legs of a sample belong to one instant, even with losses or delays of up to two cycles; a leg
- * that is always late halves the rate, and every sample is marked late.
+ * the next SYNC. So if a TPDO is missing, the next command and SYNC pause for a cycle, in which the
+ * TPDO can still come within its own window. If it does not come then, it may come in a later
+ * window; so every SYNC is followed by a pause, until all nodes have answered before their pause
+ * began. Thus all legs of a sample belong to one instant, even with losses or delays of up to two
+ * cycles. A leg that is always late halves the rate, and every sample is marked late.
  *
- * A command that is sent inverts the supply output if the loop has changed the requested level
- * since the previous command was sent, even if the level is now what it was then. So the life sign
- * continues even if every second cycle pauses.
+ * A sent command inverts the supply output if the loop has changed the requested level since the
+ * previous sent command, even if a second change has restored the level. So the life sign continues
+ * even if every second cycle pauses.
  *
  * SAFETY: one node, one answer. A bus may repeat a frame once; a node that keeps answering twice is
- * two devices with one number, and nobody knows which one is right. Two different TPDOs of a node
- * in one window, or one of a wrong length, make the sample SAMPLE_TWIN, and an input counts as
- * closed only if all TPDOs say so. Weaker signs (equal TPDOs twice in a window, more heartbeats
- * than configured, replies without a request, frames of a wrong length) fill the node's two leaky
- * buckets; while either is full, every sample is SAMPLE_TWIN.
+ * two devices with one number, and nobody knows which device is right. If two TPDOs of a node in
+ * one window differ, or a TPDO has a wrong length, the sample is SAMPLE_TWIN, and an input counts
+ * as closed only if all TPDOs show it closed. Weaker signs (equal TPDOs twice in a window, more
+ * heartbeats than configured, replies without a request, other frames of a wrong length) fill two
+ * leaky buckets of the node; while either of them is full, every sample is SAMPLE_TWIN.
  *
- * SAFETY: a missing reading is NaN, which the limit checks find (platform.h); an EMCY 0x5000 of the
+ * SAFETY: a missing reading is NaN, which the limit checks find (platform.c); an EMCY 0x5000 of the
  * same node is then ignored. Every other active EMCY, and every node that is not running, makes the
  * sample invalid. */
 #ifndef HEXID_CAN_MASTER_H

@@ -5,19 +5,20 @@
  * config/hexid_io.eds describe them.
  *
  * The output is an axis's valve command, or the bits of the digital outputs. SAFETY: the output is
- * 0 (valve centred, outputs off) unless the node is operational, an RPDO's command has come into
- * force, and at least one heartbeat is watched (0x1016) and none of the watched ones is missing. A
+ * 0 (valve centred, outputs off) unless the node is operational, a command from an RPDO has come
+ * into force, at least one heartbeat is watched (0x1016), and all watched heartbeats come. A
  * command comes into force with the following SYNC, or at once with transmission types 254 and 255.
- * If the RPDO of the command in force came more than 0x1400:5 ms ago, or the last heartbeat longer
- * ago than 0x1016 permits, the output goes to 0 and EMCY 0x8250 or 0x8130 is sent. The node goes to
- * pre-operational, or stopped if 0x1029:1 says so, where no late command can move it. Both
- * watchdogs are on by default, and switching the heartbeat off leaves the output at 0. In
+ * The output goes to 0, with EMCY 0x8250, if the RPDO of the command in force is older than the
+ * time in 0x1400:5, and with EMCY 0x8130 if a watched heartbeat is later than 0x1016 permits. The
+ * node then goes to pre-operational (or to stopped, by 0x1029:1), where no late command can move
+ * it. Both watchdogs are on by default; if the heartbeat is not watched, the output stays 0. In
  * operational, SDOs can only write 0x1003:0.
  *
- * Owner: a master claims a node in pre-operational by writing its own token, not 0, to 0x2000:1;
- * while its heartbeat (0x1016:1) comes, other tokens are refused (0x08000022). Ownership ends
- * when that heartbeat is late (EMCY 0x8130, even if it never came), at power-off, or when the
- * same token is written to 0x2000:2; not with an NMT reset, which anybody can send. */
+ * Owner: a master claims a node in pre-operational by writing a token of its own, not 0, to
+ * 0x2000:1. While that master's heartbeat (0x1016:1) comes, other tokens are refused (0x08000022).
+ * Ownership ends when that heartbeat is late (EMCY 0x8130, even if it never came), at power-off, or
+ * when the same token is written to 0x2000:2. It does not end with an NMT reset, because anybody
+ * can send one. */
 #ifndef HEXID_CAN_NODE_H
 #define HEXID_CAN_NODE_H
 
@@ -39,10 +40,10 @@ enum can_error {
     CAN_ERROR_HEARTBEAT,    /* EMCY 0x8130: a heartbeat that the node watches is late */
     CAN_ERROR_RPDO_TIMEOUT, /* EMCY 0x8250: no command has come into force in time */
     CAN_ERROR_RPDO_SHORT,   /* EMCY 0x8210: an RPDO had fewer bytes than mapped and was ignored */
-    CAN_ERROR_RPDO_LONG,    /* EMCY 0x8220: an RPDO had more bytes than mapped; the first ones were
-                             * used */
+    CAN_ERROR_RPDO_LONG,    /* EMCY 0x8220: an RPDO had more bytes than mapped; only the mapped ones
+                             * were used */
     CAN_ERROR_SYNC_LENGTH,  /* EMCY 0x8240: a SYNC had no counter although 0x1019 demands one, or
-                             * had one although it does not; the SYNC was ignored */
+                             * had a counter although 0x1019 demands none; the SYNC was ignored */
     CAN_ERRORS,
 };
 

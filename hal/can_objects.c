@@ -10,7 +10,8 @@
 #define READING(index, sub, size, name) {index, sub, size, CAN_RO, true, false, 0, 0, 0, name}
 #define OUTPUT(index, sub, size, is_signed, name) {index, sub, size, CAN_RWW, is_signed, false, 0, 0, 0, name}
 
-/* Objects of every node, in three parts; kind-specific objects stand between and after them. */
+/* Objects that every node has, in three lists; the objects of only one kind of node stand between
+ * and after these lists. */
 #define COMMUNICATION(device_type, product_code) \
     CONST(0x1000, 0, 4, device_type, "Device type"), \
     STATUS(0x1001, 0, 1, "Error register"), \

@@ -1,5 +1,6 @@
 /* The device that `hexid plant` serves on either bus: the simulated machine with sensors, valves
  * and a watchdog.
+ *
  * Time: the simulated machine follows the clock in whole periods of the loop, on a grid that
  * follows the commands. A command that is less than half a period early or late counts as on time,
  * so that jitter of the host does not show in the results. The machine goes on if a command is

@@ -5,10 +5,11 @@
  *     --hal 'fault:freeze@12+0.5/3,drop@20+0.02;sim:'
  *
  * samples   stale (the last sample before the fault, marked stale); late=s (older time stamp);
- *           delay=s (an older sample); lag=s (the same with fresh time stamps; both at most 63
- *           cycles); loss=%; repeat and reorder (every other sample is the previous one, or the one
- *           before that, with fresh time stamps); hang (like stale, with fresh time stamps); drop
- *           (reading fails); twin (two devices answer as one; with a leg: for that leg)
+ *           delay=s (an older sample); lag=s (an older sample with fresh time stamps and device
+ *           count; delay and lag are at most 63 cycles); loss=% of the samples; repeat, reorder
+ *           (every other sample is the previous one, or the one before that, with fresh time
+ *           stamps); hang (like stale, but with fresh time stamps and not marked); drop (reading
+ *           fails); twin (two devices answer as one, if a leg is given, for that leg)
  * lengths   freeze; length=m (offset); drift=m/s; noise=m (uniform, either sign); flip=% of the
  *           samples (inverts one of the 22 lower bits of the length in um); swap (with the next
  *           leg's)

@@ -1,16 +1,16 @@
 /* modbus: one device with all six legs, over TCP or a serial line (modbus_map.h: the registers,
  * modbus_link.h: the line).
  *
- * The back-end's own thread communicates, with one function-23 transaction a cycle, triggered by
- * the loop's write() or safe(): the loop never waits for it. Cycle k reads the values that were
- * latched in cycle k-1, in the transaction that put the command of cycle k-1 into force. The device
- * does not report the time of latching; it is taken as the middle of a TCP round trip, and as the
- * end of the request on a serial line.
+ * The back-end's own thread communicates: one function-23 transaction a cycle, triggered by the
+ * loop's write() or safe(). The loop never waits for this thread. Cycle k reads the values that
+ * were latched in cycle k-1, by the transaction that put the command of cycle k-1 into force. The
+ * device does not report when it latched them; over TCP the middle of the round trip is taken, on a
+ * serial line the end of the request.
  *
- * SAFETY: only the newest command is ever sent, never one that has waited for the line longer than
- * limits.sensor_age_s, and none from before a reconnection; if nothing is sent, the device's own
- * watchdog centres the valves. The thread reconnects by itself; whether the platform may move again
- * is the supervisor's and the operator's decision.
+ * SAFETY: only the newest command is ever sent. A command that has waited for the line longer than
+ * limits.sensor_age_s, or is from before a reconnection, is dropped; if nothing is sent, the
+ * device's own watchdog centres the valves. The thread reconnects by itself; the supervisor and the
+ * operator decide whether the platform may move again.
  *
  * SAFETY: one master (modbus_server.h). A connection first claims the device, and is refused if
  * another master has it. The device counts writes by others; a change of that count, or a refusal
@@ -42,14 +42,17 @@
 enum {
     BACKOFF_FIRST_MS = 50,
     BACKOFF_LAST_MS = 1000,
-    TWIN_ANSWERS = 2, /* number of unrequested answers at the start that proves a second device */
+    TWIN_ANSWERS = 2, /* number of unrequested answers during bring-up that proves a second
+                       * device */
 };
 
 struct command_record {
     int64_t posted_ns;
     double valve[LEGS];
-    unsigned changes;     /* number of changes of the supply output so far */
-    bool keeps_supply;    /* SAFETY: keeps the output's level, even if changes are pending */
+    unsigned changes;     /* number of changes of the supply output that the loop has requested so
+                           * far */
+    bool keeps_supply;    /* SAFETY: the supply output keeps its level, even if changes are
+                           * pending */
 };
 
 struct latched {
@@ -59,7 +62,7 @@ struct latched {
 
 struct modbus_hal {
     struct hal hal;
-    struct hal_ops ops;      /* hal_modbus's calls, with `reopens` for this address */
+    struct hal_ops ops;      /* calls of hal_modbus; `reopens` depends on the address */
     const struct params *params;
     struct modbus_address_parts address;
     /* the group below is shared by the loop and the Modbus thread */
@@ -70,22 +73,22 @@ struct modbus_hal {
     _Atomic bool stop, connected;
     _Atomic int trouble;       /* errno of the first failure, cleared after a second without
                                 * failures; 0: none */
-    _Atomic unsigned foreign;  /* number of other masters' actions */
-    _Atomic unsigned twins;    /* number of cycles with an unrequested answer */
+    _Atomic unsigned foreign;  /* number of signs of another master (meet_foreign()) */
+    _Atomic unsigned twins;    /* number of transactions with an unrequested answer */
     _Atomic int loop_priority; /* the loop's SCHED_FIFO priority; 0: the loop has another policy */
     /* the group below belongs to the Modbus thread */
     pthread_t thread;
     struct modbus_link *link;
     uint32_t token;
-    uint16_t number, foreign_writes; /* number of the last command sent, and last value of
+    uint16_t number, foreign_writes; /* number of the last sent command; last value of
                                       * MODBUS_FOREIGN */
     unsigned unasked;                /* last value of modbus_link_unasked() */
-    bool begun;                      /* the loop has posted a command */
-    bool put_out;                    /* level of the supply output that was sent last */
-    unsigned changes_seen;           /* command_record.changes of the last command sent */
-    double latch_after_s; /* time from the start of sending to the latching; below 0: the middle
-                           * of the round trip */
-    int64_t good_ns;      /* time at which a second will have passed without failures */
+    bool begun;                      /* the loop has posted its first command */
+    bool put_out;                    /* last sent level of the supply output */
+    unsigned changes_seen;           /* `changes` of the last sent command */
+    double latch_after_s; /* time from the start of sending a request until its values are latched;
+                           * below 0: the middle of the round trip is taken */
+    int64_t good_ns;      /* time from which on a second without failures has passed */
     /* the group below belongs to the loop's thread */
     struct latched newest;
     uint64_t device_seq;
@@ -95,12 +98,12 @@ struct modbus_hal {
 
 static const struct command_record centred = {.keeps_supply = true};
 
-/* Returns the age beyond which a reading, or a command that is not yet sent, is useless. */
+/* Returns the age beyond which a reading, or a command that waits to be sent, is useless. */
 static double timeout_s(const struct params *p) { return p->limits.sensor_age_s; }
 
-/* Returns the time-out of an answer. On a serial line a lost frame is not repeated. An answer takes
- * less than one period there, so after two periods it is lost, and waiting would only delay the
- * next command. */
+/* Returns the time-out of an answer. On a serial line an answer takes less than one period, and a
+ * lost frame is not repeated. So after two periods an answer is lost, and waiting longer would only
+ * delay the next command. */
 static double answer_timeout_s(const struct modbus_hal *m) {
     return m->address.serial ? fmin(timeout_s(m->params), 2.0 * m->params->loop.period_s) : timeout_s(m->params);
 }
@@ -111,13 +114,14 @@ static void failed(struct modbus_hal *m, int reason) {
     m->good_ns = monotonic_ns() + NS_PER_S;
 }
 
-/* Reports another master to the loop. reason: EBUSY, or the exception's errno. */
+/* Reports another master to the loop. reason: EBUSY, or the errno of the exception. */
 static void meet_foreign(struct modbus_hal *m, int reason) {
     atomic_fetch_add(&m->foreign, 1);
     failed(m, reason);
 }
 
-/* SAFETY: reports a second device to the loop: answers of two devices cannot be told apart. */
+/* SAFETY: reports a second device to the loop, because answers of two devices cannot be told
+ * apart. */
 static void meet_twin(struct modbus_hal *m) {
     unsigned unasked = modbus_link_unasked(m->link);
     if (unasked == m->unasked) return;
@@ -126,9 +130,9 @@ static void meet_twin(struct modbus_hal *m) {
     failed(m, ENOTUNIQ);
 }
 
-/* Returns the command of a transaction with its level of the supply output. The loop may have
- * posted two commands since the last transaction: two changes of the output then count as one
- * change, not as none, so that the life sign goes on. */
+/* Returns the command to send, with its level of the supply output. If the loop has changed the
+ * output twice since the last transaction, that counts as one change, not as none, so that the life
+ * sign goes on. */
 static struct hal_command due_output(struct modbus_hal *m, const struct command_record *c) {
     struct hal_command command = {.supply = m->put_out};
     memcpy(command.valve, c->valve, sizeof command.valve);
@@ -138,9 +142,9 @@ static struct hal_command due_output(struct modbus_hal *m, const struct command_
     return command;
 }
 
-/* SAFETY: the answer begins with the number of the command in force. Another number means a late
- * answer to another request, or a device that has not taken the command; its readings would be
- * older than they seem. Another master is reported to the loop at once. */
+/* SAFETY: the answer begins with the number of the command in force. A wrong number means that this
+ * is a late answer to another request, or that the device has not taken the command; the readings
+ * would then be older than they seem. Another master is reported to the loop at once. */
 static int exchange(struct modbus_hal *m, const struct command_record *record, struct latched *l) {
     const struct hal_command command = due_output(m, record);
     uint16_t written[MODBUS_WRITTEN], read[MODBUS_READ];
@@ -217,8 +221,8 @@ static int greet(struct modbus_hal *m, struct error *error) {
 }
 
 static int connect_link(struct modbus_hal *m, struct error *error) {
-    /* longer than in operation, because nothing moves yet and a device with many clients may be
-     * slow */
+    /* longer than answer_timeout_s(), because nothing moves yet, and a device with many clients may
+     * be slow */
     static const double greet_timeout_s = 1.0;
     int status = modbus_link_open(&m->link, &m->address, m->params->modbus.unit, greet_timeout_s, error);
     if (status) return status;
@@ -243,9 +247,10 @@ static const struct command_record *due_command(struct modbus_hal *m) {
     return monotonic_ns() - c->posted_ns <= ns_from_seconds(timeout_s(m->params)) ? c : NULL;
 }
 
-/* SAFETY: until the loop posts its first command, returns one that centres the valves, which keeps
- * the claim, so that no other master takes the machine. Afterwards returns NULL, which sends
- * nothing, if the loop has posted none: the device's watchdog must detect a loop that hangs. */
+/* SAFETY: returns the command to send; NULL: nothing must be sent. Until the loop posts its first
+ * command, valves are centred by a command that keeps the claim, so that no other master takes the
+ * machine. Afterwards only the loop's commands are sent, so that the device's watchdog detects a
+ * loop that hangs. */
 static const struct command_record *command_to_send(struct modbus_hal *m) {
     const struct command_record *command = due_command(m);
     m->begun |= command != NULL;
@@ -263,7 +268,7 @@ static void talk(struct modbus_hal *m, int *silent) {
     }
     int reason = errno;
     failed(m, reason);
-    /* SAFETY: after another master has taken the machine, nothing is written until this one has
+    /* SAFETY: if another master has taken the machine, nothing is written until this master has
      * claimed it again. Half a second without answers counts as a lost connection. */
     bool lost = modbus_link_gone(reason) || modbus_link_busy(reason) || ++*silent * answer_timeout_s(m) > 0.5;
     if (!lost) return;
@@ -279,15 +284,15 @@ static void wait_for_command(struct modbus_hal *m, int64_t at_most_ms) {
     while (sem_clockwait(&m->due, CLOCK_MONOTONIC, &t) && errno == EINTR) continue;
 }
 
-/* Gives the thread SCHED_FIFO just below the loop, if the loop has it. If the kernel refuses, the
- * readings' age shows the delays. */
+/* Gives the thread SCHED_FIFO just below the loop's priority, if the loop has SCHED_FIFO. If the
+ * kernel refuses, delays show in the readings' age. */
 static void follow_loop(const struct modbus_hal *m, int *followed) {
     int loop = atomic_load_explicit(&m->loop_priority, memory_order_relaxed);
     if (loop == *followed) return;
     struct sched_param priority = {.sched_priority = loop > 1 ? loop - 1 : 1};
     pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority);
     *followed = loop;
-    /* drops the capability that changing the priority needs */
+    /* drops the capability that was needed to change the priority */
     if (m->params->security.confine) confine_thread();
 }
 
@@ -316,9 +321,9 @@ static void *modbus_thread(void *argument) {
         }
 
         backoff_ms = BACKOFF_FIRST_MS;
-        /* SAFETY: drops the waiting command. One from before the loss is outdated; one that the
-         * loop has posted since, while `connected` is not set, only centres the valves, and is
-         * posted again. */
+        /* SAFETY: drops the waiting command. A command from before the loss is outdated. Since
+         * then, while `connected` was not set, the loop has posted only commands that centre the
+         * valves, and it posts them again in every cycle. */
         latest_take(&m->newest_command);
         atomic_store_explicit(&m->connected, true, memory_order_release);
     }
@@ -366,8 +371,8 @@ static void release(struct modbus_hal *m) {
     free(m);
 }
 
-/* Makes the first exchange, and repeats it for at most half a second while frames are lost or
- * garbled: nothing moves yet, and one lost frame must not keep the machine from starting. */
+/* Makes the first exchange, and repeats it for up to half a second if frames are lost or garbled.
+ * Nothing moves yet, and a single lost frame must not keep the machine from starting. */
 static int first_exchange(struct modbus_hal *m) {
     int64_t until_ns = monotonic_ns() + NS_PER_S / 2;
     while (exchange(m, &centred, &m->sample[m->newest_sample.back]))
@@ -488,7 +493,7 @@ static void modbus_close(struct hal *hal) {
     atomic_store_explicit(&m->stop, true, memory_order_release);
     sem_post(&m->due);
     pthread_join(m->thread, NULL);
-    /* SAFETY: the last command centres the valves, whatever was under way */
+    /* SAFETY: the last command centres the valves, whatever the thread was doing */
     if (m->link) exchange(m, &centred, &ignored);
     release(m);
 }

@@ -13,8 +13,8 @@ enum {
     RTU_TAIL = 2,
 };
 
-/* Returns the size of a request's PDU up to and including its byte count, if it has one; 0: unknown
- * function. */
+/* Returns the fixed size of a request's PDU; if the request has a byte count, up to and including
+ * that count. 0: the function is unknown. */
 static size_t fixed_size(uint8_t function) {
     switch (function) {
     case FUNCTION_READ:

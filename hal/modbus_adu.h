@@ -16,8 +16,8 @@
 enum {
     ADU_PDU_MAX = 253,  /* largest PDU (Application Protocol V1.1b3, 4.1) */
     ADU_MAX = 260,      /* largest frame on TCP; on a serial line it is 256 */
-    ADU_UNIT_TCP = 0xff /* unit identifier that the guide prescribes if the host's address alone
-                         * selects the device; 0 is accepted too */
+    ADU_UNIT_TCP = 0xff /* unit identifier that the guide prescribes for a device that its IP
+                         * address alone selects; 0 is accepted, too */
 };
 enum modbus_function {
     FUNCTION_READ = 3,
@@ -31,7 +31,8 @@ enum adu_result {
     ADU_MORE,    /* incomplete: call again with more bytes (RTU: or when the line is silent) */
     ADU_REQUEST, /* a complete request, of `used` bytes */
     ADU_DISCARD, /* `used` bytes are no valid request; no answer */
-    ADU_BROKEN,  /* TCP: the start of the next request is unknown; the connection must be closed */
+    ADU_BROKEN,  /* TCP: the start of the next request cannot be found; the connection must be
+                  * closed */
 };
 
 struct adu {
@@ -39,23 +40,24 @@ struct adu {
     uint8_t unit;
     const uint8_t *pdu;   /* function and data; points into the bytes of the frame */
     size_t pdu_size;      /* number of the PDU's bytes, 1..ADU_PDU_MAX */
-    size_t used;          /* number of bytes to remove from the beginning */
+    size_t used;          /* number of bytes to remove from the start of the buffer */
 };
 
 /* Reads and writes a number of 16 bits as Modbus sends it, high byte first. */
 static inline unsigned adu_get_16(const uint8_t *from) { return (unsigned)from[0] << 8 | from[1]; }
 static inline void adu_put_16(uint8_t *to, unsigned value) { to[0] = (uint8_t)(value >> 8), to[1] = (uint8_t)value; }
 
-/* Takes a request from the beginning of the bytes. It looks at no more than ADU_MAX bytes and
- * never returns ADU_MORE for that many. A request with a wrong length for its function is
- * discarded; a byte count that contradicts the quantity is left to the server to refuse
- * (exception 3). */
+/* Takes a request from the beginning of the bytes. It looks at no more than ADU_MAX bytes, and with
+ * ADU_MAX bytes it never returns ADU_MORE. A request that has a wrong length for its function is
+ * discarded. If only its byte count contradicts its quantity, the request is returned, and the
+ * server refuses it (exception 3). */
 enum adu_result adu_take_tcp(const uint8_t *bytes, size_t size, struct adu *adu);
 
-/* Does what adu_take_tcp() does for a serial line. silent: nothing has come for longer than the
- * longest gap inside a request; this ends junk and requests of unknown functions, whose length is
- * not known. Bytes without a correct checksum are discarded up to the next request that has one, so
- * that a junk byte, half a request or another device's answer does not spoil a good request. */
+/* Does what adu_take_tcp() does, for a serial line. silent: nothing has come for longer than the
+ * longest gap inside a request; this ends junk, and requests of unknown functions, whose length is
+ * unknown. Bytes without a correct checksum are discarded up to the next request with a correct
+ * one, so that a junk byte, half a request or another device's answer does not spoil a good
+ * request. */
 enum adu_result adu_take_rtu(const uint8_t *bytes, size_t size, bool silent, struct adu *adu);
 
 /* Frames the answer in the same way as the request; returns the size. */

@@ -35,21 +35,22 @@ enum {
                                 * turn; they take a third of a millisecond */
     WELCOMES_A_TURN = 16,
     TURN_NS = NS_PER_S / 1000,
-    TTY_LATENCY_NS = 4 * TURN_NS, /* added to modbus_silence_s(), because adapters (latency timer,
-                                   * 1 ms if set so) and schedulers make gaps within a frame */
+    TTY_LATENCY_NS = 4 * TURN_NS, /* added to modbus_silence_s(), because adapters (latency timer, 1
+                                   * ms if set so) and schedulers cause gaps within a frame */
     EMPTY_READS_MAX = 8,       /* number of consecutive reads without bytes after which a line that
-                                * still polls readable counts as lost */
+                                * still polls as readable counts as lost */
     REOPEN_NS = NS_PER_S,      /* interval between attempts to open a lost line */
-    SEND_BUFFER = 4096,        /* size of a connection's send buffer, bytes; so small that few
-                                * answers wait unread */
+    SEND_BUFFER = 4096,        /* size of a connection's send buffer, bytes; it is small, so that
+                                * only few answers wait unread */
     UNIT_BROADCAST = 0,        /* unit of requests to all devices of a serial line */
 };
 
 struct client {
     int fd;                  /* socket or serial line; -1: this place is free */
     struct modbus_peer peer;
-    int64_t active_ns;       /* time of the last answer, exceptions excluded, or of the connection;
-                              * serial: also of the last byte */
+    int64_t active_ns;       /* time of the last answer (exceptions do not count) or, before the
+                              * first answer, of the connection; on a serial line also of the last
+                              * byte */
     size_t filled;
     uint8_t bytes[2 * ADU_MAX];
 };
@@ -82,8 +83,8 @@ static void drop(struct client *c) {
     c->fd = -1;
 }
 
-/* True if the buffer begins with the device's last answer. An adapter that receives its own bytes
- * returns that answer, and it may look like a request. */
+/* True if the buffer begins with the device's own last answer, as an adapter that receives what it
+ * sends returns it. Such an answer may look like a request. */
 static bool is_echo(const struct modbus_device *d, const struct client *c) {
     return is_serial(d) && d->sent_size && c->filled >= d->sent_size && !memcmp(c->bytes, d->sent, d->sent_size);
 }
@@ -98,9 +99,9 @@ static enum adu_result take(const struct modbus_device *d, const struct client *
                         : adu_take_tcp(c->bytes, c->filled, adu);
 }
 
-/* True if the request is for this device: its unit is modbus.unit, on TCP also 255 or 0, on a
- * serial line also the broadcast. Other units on TCP would be devices behind a gateway, and this
- * device is no gateway. */
+/* True if the request is for this device: its unit is modbus.unit; on TCP also 255 or 0; on a
+ * serial line also the broadcast. On TCP other units are devices behind a gateway, which this
+ * device is not. */
 static bool is_meant(const struct modbus_device *d, uint8_t unit) {
     bool other = is_serial(d) ? unit != UNIT_BROADCAST : unit != ADU_UNIT_TCP && unit != 0;
     return unit == d->params->modbus.unit || !other;
@@ -118,14 +119,14 @@ static size_t answer(struct modbus_device *d, struct client *c, const struct adu
 }
 
 /* Answers a request without waiting. Returns false if a TCP connection does not take the whole
- * answer. SAFETY: waiting for a client that does not read would delay the watchdog. */
+ * answer at once. SAFETY: waiting for a client that does not read would delay the watchdog. */
 static bool reply(struct modbus_device *d, struct client *c, const struct adu *adu, int64_t now_ns) {
     uint8_t pdu[ADU_PDU_MAX], bytes[ADU_MAX];
     size_t pdu_size = answer(d, c, adu, now_ns, pdu);
     if (!pdu_size) return true;
     if (!(pdu[0] & FUNCTION_FAILED)) c->active_ns = now_ns;
     size_t size = (is_serial(d) ? adu_put_rtu : adu_put_tcp)(adu, pdu, pdu_size, bytes);
-    /* the answer to function 6 equals its request, so a repeated request must not be taken for an
+    /* the answer to function 6 equals its request, so a repeated request must not count as an
      * echo */
     d->sent_size = pdu[0] == FUNCTION_WRITE_ONE ? 0 : size;
     memcpy(d->sent, bytes, size);
@@ -163,8 +164,8 @@ static bool serve(struct modbus_device *d, struct client *c, int *budget) {
 /* Handles the events of a client and serves its requests. Returns false if the serial line is
  * lost. */
 static bool attend(struct modbus_device *d, struct client *c, int events, int *budget) {
-    /* SAFETY: a line after a hang-up always polls readable; reading on would take the processor
-     * from all less urgent threads */
+    /* SAFETY: after a hang-up a line always polls as readable, so reading on would take the
+     * processor from all less urgent threads */
     if (is_serial(d) && events & (POLLERR | POLLHUP | POLLNVAL)) return false;
     if ((!events || receive(d, c, monotonic_ns())) && serve(d, c, budget)) return true;
     if (!is_serial(d)) drop(c);
@@ -210,12 +211,12 @@ static bool welcome(struct modbus_device *d) {
 /* Descriptors and buffers that a turn waits for. */
 struct wait {
     struct pollfd poll[CLIENTS + 1]; /* one for each client, then the listener */
-    bool filled[CLIENTS];      /* complete requests are left in this client's buffer from the
-                                * previous turn */
+    bool filled[CLIENTS];      /* this client's buffer still has complete requests from the previous
+                                * turn */
 };
 
-/* Waits at most a millisecond for events of the owner or of the serial line; with `others`, also
- * for events of all other clients and for new connections. */
+/* Waits at most a millisecond for events of the owner or of the serial line; if `others` is set,
+ * also for events of all other clients and for new connections. */
 static void wait_for(const struct modbus_device *d, struct wait *w, bool others, int64_t now_ns) {
     struct adu adu;
     int timeout_ms = 1;
@@ -289,8 +290,8 @@ static int open_serial(struct modbus_device *d, const struct modbus_address_part
     return connect_serial(d) ? modbus_line_refused(a, errno, error) : STATUS_OK;
 }
 
-/* Closes the serial line after its adapter was unplugged; the simulation goes on, and its watchdog
- * centres the valves. */
+/* Closes the serial line after its adapter was unplugged. The simulation goes on, and the device's
+ * watchdog centres the valves. */
 static void lose_serial(struct modbus_device *d) {
     printf("plant: modbus:rtu:%s: the line is gone; it is opened again when it is back\n", d->address.name);
     fflush(stdout);

@@ -40,8 +40,8 @@ static int parse_tcp(const char *rest, const char *address, struct modbus_addres
     return STATUS_OK;
 }
 
-/* Rates that libmodbus 3.1.6 can set. It silently accepts other rates, and runs the line at 9600
- * baud. */
+/* Rates that libmodbus 3.1.6 can set. It accepts other rates, too, but silently runs the line at
+ * 9600 baud. */
 const int modbus_bauds[] = {1200,   2400,   4800,    9600,    19200,   38400,   57600,   115200,  230400,  460800, 500000,
                             576000, 921600, 1000000, 1152000, 1500000, 2500000, 3000000, 3500000, 4000000, 0};
 
@@ -70,14 +70,14 @@ int modbus_parse(const char *address, struct modbus_address_parts *p, struct err
     return strncmp(address, "tcp://", 6) ? misused(address, error) : parse_tcp(address + 6, address, p, error);
 }
 
-/* ANSWER_MIN: the shortest answer, an exception with its framing. Shorter packets are noise. */
+/* ANSWER_MIN: size of the shortest answer, an exception with its framing; fewer bytes are noise. */
 enum { ANSWER_MIN = 5, ADU_SIZE = 260 };
 
 struct modbus_link {
     modbus_t *modbus;
     bool serial;
-    int64_t silence_ns, free_ns; /* serial: silence kept before a request, and time from which on
-                                  * the line is free for the next one */
+    int64_t silence_ns, free_ns; /* serial only. silence_ns: silence kept before a request; free_ns:
+                                  * time from which the next request may be sent */
     int64_t begun_ns;            /* time at which the last request began to be sent */
     bool answered;               /* the last request was answered */
     unsigned unasked;
@@ -85,8 +85,8 @@ struct modbus_link {
 
 static modbus_t *context(struct modbus_link *link) { return link->modbus; }
 
-/* Returns why the host has no address; "" if it has one. libmodbus would report a refused
- * connection instead. */
+/* Returns the reason why the host has no address; "" if it has one. libmodbus itself would report a
+ * refused connection. */
 static const char *unknown_host(const struct modbus_address_parts *p) {
     struct addrinfo *found = NULL, wanted = {.ai_socktype = SOCK_STREAM};
     int reason = getaddrinfo(p->name, p->port, &wanted, &found);
@@ -154,10 +154,10 @@ void modbus_link_close(struct modbus_link *link) {
     free(link);
 }
 
-/* Discards received bytes and returns their number. It reads them, because tcflush() would also
- * discard bytes that are still to be sent. */
+/* Discards received bytes and returns their number. The bytes are read one buffer at a time,
+ * because tcflush() would also discard bytes that are still to be sent. */
 static size_t drain(int fd) {
-    enum { MOST = 4096 }; /* limit, because a device may never stop sending */
+    enum { MOST = 4096 }; /* bytes; a limit is needed because a device may never stop sending */
     uint8_t rest[ADU_SIZE];
     size_t count = 0;
     for (struct pollfd p = {.fd = fd, .events = POLLIN}; count < MOST && poll_any(&p, 1, 0, NULL) > 0 && p.revents & POLLIN;) {
@@ -168,8 +168,8 @@ static size_t drain(int fd) {
     return count;
 }
 
-/* Waits until a serial line is silent, and gives up after three tries; on TCP it does not wait.
- * Discards received bytes and returns their number. */
+/* Waits until a serial line is silent, in at most three tries; does not wait on TCP. Discards
+ * received bytes and returns their number. */
 static size_t await_silence(struct modbus_link *link) {
     enum { TRIES = 3 };
     size_t count = 0;
@@ -184,8 +184,8 @@ static size_t await_silence(struct modbus_link *link) {
     return count;
 }
 
-/* Discards bytes received since the last request, which cannot answer the next one. SAFETY: if the
- * last request was already answered, the bytes are a second device's answer. */
+/* Discards bytes received since the last request: they cannot answer the next one. SAFETY: if the
+ * last request was already answered, these bytes are the answer of a second device. */
 static modbus_t *cleared(struct modbus_link *link) {
     link->unasked += await_silence(link) >= ANSWER_MIN && link->answered;
     link->begun_ns = monotonic_ns();
@@ -194,7 +194,7 @@ static modbus_t *cleared(struct modbus_link *link) {
 
 int64_t modbus_link_begun_ns(const struct modbus_link *link) { return link->begun_ns; }
 
-/* Records how a request ended. An exception counts as an answer too. */
+/* Records whether a request was answered; an exception is an answer, too. */
 static int ended(struct modbus_link *link, bool good) {
     int reason = errno;
     link->answered = good || (reason >= EMBXILFUN && reason <= EMBXGTAR);
@@ -207,10 +207,10 @@ int modbus_link_read(struct modbus_link *link, int address, int count, uint16_t 
     return ended(link, modbus_read_registers(cleared(link), address, count, to) == count);
 }
 
-/* Tries whether the device answers a request that follows an answer after the shorter silence. Each
- * of two tries sends one request after the usual silence, and one after the shorter silence.
- * Returns false, with the usual silence restored, if in both tries the first was answered and the
- * second timed out; otherwise true, with the shorter silence. */
+/* Tests whether the device answers a request that follows an answer after the shorter silence. Each
+ * of two tries sends one request after the usual silence, and another after the shorter silence.
+ * Returns false, with the usual silence restored, if in both tries the first request was answered
+ * and the second timed out; otherwise true, with the shorter silence. */
 static bool shorten_silence(struct modbus_link *link, double silence_s) {
     const int64_t before_ns = link->silence_ns, shorter_ns = ns_from_seconds(silence_s);
     uint16_t who[2];
@@ -248,7 +248,7 @@ int modbus_link_exchange(struct modbus_link *link, int write_address, int writes
 static bool echoes(struct modbus_link *link) {
     uint8_t sent[] = {0, 0x03, 0, 0, 0, 2}, heard[sizeof sent];
     size_t count = 0;
-    /* waits until a late answer to the previous request has come, which cleared() then discards */
+    /* lets a late answer to the previous request come, which cleared() then discards */
     nanosleep(&(struct timespec){.tv_nsec = 50000000}, NULL);
     sent[0] = (uint8_t)modbus_get_slave(context(link));
     if (!link->serial || modbus_send_raw_request(cleared(link), sent, sizeof sent) < 0) return false;

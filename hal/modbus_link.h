@@ -1,9 +1,9 @@
-/* A Modbus connection to a host or over a serial line: the only pair of files with libmodbus's
- * client API. Blocking, for a separate thread.
+/* A Modbus connection to a host or over a serial line; the only files that use libmodbus's client
+ * API. The functions block, so a separate thread calls them.
  *
- * Time-outs are for the whole answer: libmodbus restarts its byte time-out with every byte, so that
- * an answer whose bytes come slowly would block a call for ever. The byte time-out is switched off,
- * which makes the response time-out apply to the whole response.
+ * Time-outs are for the whole answer. libmodbus restarts its byte time-out with every byte, so that
+ * an answer whose bytes come slowly would block a call for ever. So the byte time-out is switched
+ * off, which makes the response time-out apply to the whole response.
  *
  * An address, as in `modbus:ADDRESS`, is tcp://HOST:PORT, or rtu:DEVICE?baud=N with 8 data bits, no
  * parity, 1 stop bit and N one of modbus_bauds. */
@@ -29,54 +29,56 @@ extern const int modbus_bauds[]; /* possible baud rates, ended by 0 */
  * possible baud rates. */
 int modbus_parse(const char *address, struct modbus_address_parts *parts, struct error *error);
 
-/* Writes the error for a line that cannot be used: the address, the reason (errno of opening,
- * connecting or listening) and the remedy; returns STATUS_IO. */
+/* Writes the error for a host or serial line that cannot be used, and returns STATUS_IO. The error
+ * has the address, the reason (errno of opening, connecting or listening) and the remedy. */
 int modbus_line_refused(const struct modbus_address_parts *parts, int reason, struct error *error);
 
 struct modbus_link;
-/* Connects, for at most 1 s for each of the host's addresses, plus the time to look up its name.
- * STATUS_IO: modbus_line_refused(). unit: 1..247. timeout_s: for each complete answer. */
+/* Connects. Takes at most 1 s for each address of the host, plus the time to look up its name.
+ * unit: 1..247. timeout_s: for each complete answer. STATUS_IO: as in modbus_line_refused(). */
 int modbus_link_open(struct modbus_link **link, const struct modbus_address_parts *parts, int unit, double timeout_s, struct error *error);
 void modbus_link_close(struct modbus_link *link);
 /* Changes the time-out of an answer, from the next request on. */
 void modbus_link_set_timeout(struct modbus_link *link, double timeout_s);
 
-/* A serial line is kept silent between the last byte and the next request, at first for
- * modbus_silence_s(). This call shortens the silence to modbus_kept_silence_s(). It returns
- * STATUS_USAGE, and names a sufficient loop.period_s, if in both of two tries the device misses a
- * request that follows an answer after the shorter silence. Other failures are not reported here,
- * because operation reports them. */
+/* Shortens the silence that a serial line keeps between the last byte and the next request, from
+ * modbus_silence_s() to modbus_kept_silence_s(). Two tries test whether the device takes a request
+ * after the shorter silence. STATUS_USAGE: the device misses it in both tries; the error has a
+ * sufficient loop.period_s. Other failures are not reported here, because they show in
+ * operation. */
 int modbus_link_keep_silence(struct modbus_link *link, const struct modbus_address_parts *parts, double period_s, struct error *error);
 
-/* Read, write, and write and read registers. They return 0, or -1 and errno. They discard bytes
- * received before the request, and wait for silence first on a serial line. */
+/* Read registers, write registers, and write and then read registers. They return 0, or -1 and
+ * errno. They first discard bytes received before the request, and on a serial line wait for
+ * silence. */
 int modbus_link_read(struct modbus_link *link, int address, int count, uint16_t *to);
 int modbus_link_write(struct modbus_link *link, int address, int count, const uint16_t *from);
 int modbus_link_exchange(struct modbus_link *link, int write_address, int writes, const uint16_t *from, int read_address, int reads,
                          uint16_t *to);
 
-/* Returns when sending of the last request began, after the silence; CLOCK_MONOTONIC. */
+/* Returns the time at which the last request began to be sent, after the silence;
+ * CLOCK_MONOTONIC. */
 int64_t modbus_link_begun_ns(const struct modbus_link *link);
 
-/* Returns how many times enough bytes for an answer came after the request had already been
- * answered, which means that a second device answers, too. */
+/* Returns how often an answered request was followed by enough bytes for another answer, which
+ * means that a second device answers, too. */
 unsigned modbus_link_unasked(const struct modbus_link *link);
 
-/* Notes that the last answer belonged to an earlier request, so that the missing answer may still
- * come and does not indicate a second device. */
+/* Notes that the last answer belonged to an earlier request. The answer to the last request may
+ * then still come, and is no sign of a second device. */
 void modbus_link_not_answered(struct modbus_link *link);
 
-/* Asks for the identity, registers 0 and 1. STATUS_OK with their values in who; otherwise STATUS_IO
- * with the reason, the likely cause and the remedy. On a serial line it asks once more after a
- * failure, unless the line is lost or the adapter echoes, because the device may have been busy
- * with earlier bytes. name: name of the device in the error. */
+/* Reads the identity, registers 0 and 1, into `who`. STATUS_IO: the error has the reason, the
+ * likely cause and the remedy. On a serial line a failed request is repeated once, because earlier
+ * bytes may have kept the device busy, but not if the line is lost or the adapter echoes. name:
+ * name of the device in the error. */
 int modbus_link_greet(struct modbus_link *link, const char *name, uint16_t who[2], struct error *error);
 
 /* After a failure: true if the connection is lost and must be opened again. */
 bool modbus_link_gone(int error);
 
-/* After a failure: true if a frame was lost, came late or was garbled, so that the same request may
- * be answered next time. */
+/* After a failure: true if a frame was lost, late or garbled, so that the same request may be
+ * answered if it is repeated. */
 bool modbus_link_lost(int error);
 
 /* After a failure: modbus_link_busy() is true if the device has another master (exception 6),

@@ -6,7 +6,8 @@
 #include "params.h"
 #include "units.h"
 
-/* largest numbers of registers in a request (Application Protocol V1.1b3, 6.3, 6.12 and 6.17) */
+/* READ_MAX, WRITE_MAX, EXCHANGE_WRITE_MAX: largest numbers of registers in a request (Application
+ * Protocol V1.1b3, 6.3, 6.12 and 6.17) */
 enum { READ_MAX = 125, WRITE_MAX = 123, EXCHANGE_WRITE_MAX = 121 };
 
 struct span {
@@ -66,7 +67,7 @@ static void obey(struct modbus_server *s, int64_t now_ns) {
     device_live(s->device, &command, now_ns);
 }
 
-/* SAFETY: the new owner inherits neither the previous one's commands nor its watchdog. */
+/* SAFETY: the new owner inherits neither the commands nor the watchdog of the previous one. */
 static void hand_over(struct modbus_server *s, uint32_t token) {
     static const double centre[LEGS] = {0};
     s->token = token;
@@ -77,8 +78,8 @@ static void hand_over(struct modbus_server *s, uint32_t token) {
 
 static bool is_claim(struct span span) { return within(span, MODBUS_WATCHDOG_MS, MODBUS_VALVE) && has(span, MODBUS_TOKEN, MODBUS_VALVE); }
 
-/* SAFETY: a watchdog is never longer than the device's own. It is lengthened only for a new owner,
- * or while it keeps the valves centred. */
+/* SAFETY: a watchdog is never longer than the device's own (MODBUS_WATCHDOG_MAX_MS). It may be
+ * lengthened only by a new owner, or while it keeps the valves centred. */
 static bool is_good_watchdog(const struct modbus_server *s, bool handed_over, unsigned watchdog_ms) {
     unsigned now_ms = s->registers[handed_over || s->silent ? MODBUS_WATCHDOG_MAX_MS : MODBUS_WATCHDOG_MS];
     return watchdog_ms >= MODBUS_WATCHDOG_MIN_MS && watchdog_ms <= now_ms;
@@ -100,8 +101,9 @@ static enum modbus_exception claim(struct modbus_server *s, const struct modbus_
     return EXCEPTION_NONE;
 }
 
-/* True if the client owns the machine. Its connection must be the one of the claim. If it sends a
- * token, the token must match; on a serial line, which has no connections, it must send one. */
+/* True if the client owns the machine: its connection is the one that made the claim, and the
+ * token, if the write contains one, is the owner's. On a serial line, which has no connections,
+ * every write must contain the token. */
 static bool owns(const struct modbus_server *s, const struct modbus_peer *from, struct span span, const uint8_t *values) {
     bool tells = has(span, MODBUS_TOKEN, MODBUS_VALVE);
     if (!s->token || from->connection != s->connection) return false;

@@ -55,10 +55,11 @@ size_t modbus_server_answer(struct modbus_server *s, const struct modbus_peer *f
 /* Writes the PDU of an exception and returns its size. */
 size_t modbus_server_refuse(uint8_t function, enum modbus_exception exception, uint8_t answer[ADU_PDU_MAX]);
 
-/* True if this connection owns the machine: it is served first and never closed to make room. */
+/* True if this connection owns the machine. The owner's connection is served first, and is never
+ * closed to make room. */
 bool modbus_server_owned_by(const struct modbus_server *s, uint64_t connection);
 
-/* SAFETY: calls device_tick(), so call it at least every millisecond. */
+/* SAFETY: calls device_tick(); to be called at least every millisecond. */
 void modbus_server_tick(struct modbus_server *s, int64_t now_ns);
 
 #endif

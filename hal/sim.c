@@ -1,6 +1,6 @@
-/* sim: the simulated platform, stepped by the loop's thread. Reading latches lengths and
- * pressures at the start of the cycle; a command acts from that moment until the next read,
- * which first simulates the cycle. */
+/* sim: the simulated platform, stepped by the loop's thread. A read first simulates the cycle that
+ * has passed, with the last command, then latches lengths and pressures. So a command acts from the
+ * reading that precedes it until the next reading. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -18,7 +18,7 @@ struct sim {
 };
 
 static int sim_open(struct hal **hal, const char *address, const struct params *params, uint64_t seed, struct error *error) {
-    (void)address; /* configuration file of the machine, which the caller has read into params */
+    (void)address; /* configuration file of the machine; the caller has read it into params */
     struct sim *s = calloc(1, sizeof *s);
     if (!s) return error_set(error, STATUS_IO, "sim: out of memory");
     s->hal.ops = &hal_sim;

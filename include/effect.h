@@ -100,17 +100,18 @@ struct effect {
     double law_error;       /* expected error of this law on a real machine, as a share of what the
                              * effect contributes */
     bool one_axis;          /* hexid gap looks for the effect only if the machine has one axis */
-    struct effect_key keys[EFFECT_KEYS]; /* keys of the effect, ended by one with a NULL name */
+    struct effect_key keys[EFFECT_KEYS]; /* keys of the effect; a key with a NULL name ends the
+                                          * list */
 
-    /* Relations to other effects; each list is ended by zeros. Another effect is named by the
-     * address of its object, so that the linker refuses one that does not exist. */
+    /* Relations to other effects; zeros end each list. Other effects are named by the addresses of
+     * their objects, so that the linker refuses an effect that does not exist. */
 
     /* Parameters of the base model whose changes look nearly the same as this effect, by their
      * names in src/gap/base.c and src/residual/systematic.c. hypothesis_parallel()
      * (src/gap/hypothesis.h) decides which of them are fitted together with the effect. */
     const char *parallel_to[EFFECT_TIES];
-    /* Effects that are limiting cases of this one; if such a case explains the data as well, it is
-     * preferred. */
+    /* Effects that are limiting cases of this one. A limiting case that explains the data equally
+     * well is preferred. */
     const struct effect *contains[EFFECT_TIES];
     /* Experiments that distinguish this effect from others. If two effects were written at
      * different times, their experiment stands in the file of the later one, so that a new effect

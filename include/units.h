@@ -15,8 +15,8 @@ static inline double seconds_from_ns(int64_t ns) { return (double)ns * 1e-9; }
 static inline int64_t ns_from_seconds(double s) { return (int64_t)(s * 1e9 + (s < 0.0 ? -0.5 : 0.5)); }
 static inline double us_from_ns(int64_t ns) { return (double)ns * 1e-3; }
 
-/* Returns the sum; if it would overflow, the largest number, or for a negative sum the smallest.
- * Numbers from a log or a message may have any value. */
+/* Returns a + b, limited to the range of int64_t: numbers from a log or a message may have any
+ * value. */
 static inline int64_t add_saturated(int64_t a, int64_t b) {
     int64_t sum;
     return !__builtin_add_overflow(a, b, &sum) ? sum : b < 0 ? INT64_MIN : INT64_MAX;

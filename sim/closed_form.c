@@ -18,15 +18,15 @@ static double coordinate_rate(const struct instant *now, const union system *s, 
     return k < LEGS ? now->legs.rate[k] : dot6(now->axes.row[k - LEGS], s->body.twist);
 }
 
-/* Returns a coordinate's direction of sliding: if dry friction may hold it, the direction that is
- * fixed over a step, otherwise the direction of the motion. */
+/* Returns a coordinate's direction of sliding: the direction fixed for the step if dry friction can
+ * hold the coordinate, otherwise that of its motion. */
 static int direction_of(const struct closed_form *e, int k, double rate) {
     if (e->kind[k] == SLIDES) return rate < 0.0 ? -1 : 1;
     return e->direction[k];
 }
 
-/* Returns the friction of a leg on its rod, positive away from the base; only dry friction if the
- * hydraulics are left out, and 0 if the leg is held. */
+/* Returns the friction of a leg on its rod, positive away from the base: only the dry part if given
+ * forces replace the hydraulics; 0 if the leg is held. */
 static double leg_friction(const struct closed_form *e, const union system *s, const struct drive *drive, int leg, double rate) {
     int direction = direction_of(e, leg, rate);
     double speed = direction * rate;
@@ -46,7 +46,7 @@ static void push_joints(const struct closed_form *e, const union system *s, stru
 }
 
 /* For a leg with backlash: moves the rod's mass from the joint, where rigid_dynamics() puts it, to
- * the piston; the joint gets the flanks' force instead. */
+ * the piston. The joint gets the force of the flanks instead. */
 static void take_off_rod(const struct closed_form *e, const union system *s, int k, struct instant *now, double *axial) {
     const struct rigid_legs *legs = &now->legs;
     double row[DOFS], bias, rod_m = s->rods.length_m[k];
@@ -122,9 +122,10 @@ static void derivative(const struct closed_form *e, const union system *s, const
     memcpy(rate->body.twist, now.free, sizeof now.free);
     const struct hydraulics_input input = {.length_m = now.length_m, .rate_mps = now.rate_mps, .valve = drive->valve};
     if (e->play) {
-        memset(&rate->hydraulics, 0, sizeof rate->hydraulics); /* with backlash the extended state
-                                                                * is integrated too, so no rate of
-                                                                * it may be left unset */
+        memset(&rate->hydraulics, 0, sizeof rate->hydraulics); /* with backlash the values of the
+                                                                * extended hydraulics are
+                                                                * integrated, too, so their rates
+                                                                * must be set */
         move_rods(e, &now, &rate->rods);
     }
     if (drive->valve) hydraulics_derivative(&e->cylinder, &s->hydraulics, &input, &rate->hydraulics);
@@ -158,7 +159,7 @@ void closed_form_rk4(const struct closed_form *e, const union system *from, doub
 void closed_form_rates(const struct closed_form *e, const union system *s, double rate[COORDINATES]) {
     struct instant now;
     rigid_legs(&e->rigid, &s->body, &now.legs);
-    /* joint friction can hold either all axes or none */
+    /* either all axes of joints have kind STICKS, or none */
     if (e->kind[LEGS] == STICKS) joint_axes(&e->rigid, &s->body, &now.legs, &now.axes);
     for (int i = 0; i < e->sticks; i++) rate[e->stick[i]] = coordinate_rate(&now, s, e->stick[i]);
 }

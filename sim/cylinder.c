@@ -8,20 +8,21 @@
 #include "units.h"
 
 static const double LAMINAR_PA = 1e4;
-static const double FILL_TIME_S = 2e-4; /* port_flow() never fills a chamber or hose with a shorter
-                                         * time constant, so that even explicit Euler with substeps
-                                         * of 0.25 ms is stable */
-static const double SEAL_TIME_S = 2e-4; /* a rod, however fast, needs at least this time constant to
-                                         * deflect its seals */
+static const double FILL_TIME_S = 2e-4; /* shortest time constant with which port_flow() fills a
+                                         * chamber or hose, so that even explicit Euler with
+                                         * substeps of 0.25 ms is stable */
+static const double SEAL_TIME_S = 2e-4; /* shortest time constant of the seals' deflection, however
+                                         * fast the rod moves */
 static const double MAKE_UP_TIME_S = 1e-3;
 static const double VACUUM_PA = -101325.0;
-static const double SOFTEST = 0.01;        /* lowest ratio of the pressure above vacuum to the
-                                            * tank's above vacuum with which softening is computed;
-                                            * beta is there 1e-4 of the oil's */
+static const double SOFTEST = 0.01;        /* lowest ratio of the pressure above vacuum to the tank
+                                            * pressure above vacuum with which softening is
+                                            * computed; at this ratio beta is 1e-4 of the oil's */
 static const double DENSITY_KG_PER_M3 = 870.0, VISCOSITY_M2_PER_S = 4e-5;
 static const double SHORTEST_HOSE_M = 0.2;
-/* HOSE_TIME_S is the reciprocal of 5000 rad/s, the highest natural frequency of a hose with a
- * chamber at the share NEAR_END of its stroke; steps of 0.5 ms resolve it. */
+/* HOSE_TIME_S: reciprocal of 5000 rad/s, the highest natural frequency of a hose with a chamber,
+ * which steps of 0.5 ms resolve. NEAR_END: share of the stroke for which the chamber's volume is
+ * taken. */
 static const double HOSE_TIME_S = 2e-4, NEAR_END = 0.1;
 
 static void valve_init(struct cylinder_model *m, int leg, const struct hydraulics_params *h) {
@@ -93,7 +94,8 @@ struct mains cylinder_mains(const struct cylinder_model *m) {
     return (struct mains){.supply_pa = fmax(m->supply_share * m->machine.supply.pressure_pa, tank_pa), .tank_pa = tank_pa};
 }
 
-/* Returns sign(drop) sqrt|drop|, or below laminar_pa the cubic of laminar flow (cylinder.h). */
+/* Returns sign(drop) sqrt|drop|; below laminar_pa the cubic of laminar flow (cylinder.h)
+ * instead. */
 static inline double signed_root(double drop_pa, double laminar_pa) {
     double size = fabs(drop_pa);
     if (size >= laminar_pa) return copysign(sqrt(size), drop_pa);
@@ -101,9 +103,9 @@ static inline double signed_root(double drop_pa, double laminar_pa) {
     return sqrt(laminar_pa) * y * (1.25 - 0.25 * y * y);
 }
 
-/* Returns the flow from a source into a volume of this stiffness, beta / V. */
+/* Returns the flow from a source into a volume; stiffness: beta / V of that volume. */
 static inline double port_flow(double conductance, double stiffness, double source_pa, double pressure_pa) {
-    /* the laminar limit follows from: laminar slope x stiffness x FILL_TIME_S = 1 */
+    /* the limit of laminar flow follows from: laminar slope x stiffness x FILL_TIME_S = 1 */
     double root = 1.25 * conductance * stiffness * FILL_TIME_S;
     double laminar_pa = root * root > LAMINAR_PA ? root * root : LAMINAR_PA;
     return conductance * signed_root(source_pa - pressure_pa, laminar_pa);
@@ -121,7 +123,7 @@ static inline double pressure_rate(const struct machine *m, double pressure_pa, 
 }
 
 /* Orifices between a leg's two ports and the mains. extend: the spool is on the side that extends
- * the leg. */
+ * the leg; the supply then acts on port A. */
 struct ports {
     double conductance[PORTS], source_pa[PORTS];
     bool extend;
@@ -155,15 +157,15 @@ static inline double spool_acceleration(const struct cylinder_leg *c, double spo
     return c->valve_omega_squared * (valve + c->valve_bias - spool) - c->valve_damping_rate * speed;
 }
 
-/* Returns the rate of the seals' deflection by Dahl's law. However fast the rod, it takes at least
- * SEAL_TIME_S to deflect them, a time that the substeps resolve. */
+/* Returns the rate of the seals' deflection by Dahl's law. The deflection takes at least
+ * SEAL_TIME_S, however fast the rod is, so that the substeps resolve it. */
 static inline double deflection_rate(const struct cylinder_leg *c, double deflection, double rate_mps) {
     double speed = fabs(rate_mps), least_m = SEAL_TIME_S * speed;
     if (!(c->seal_distance_m > 0.0)) return 0.0;
     return (rate_mps - speed * deflection) / (c->seal_distance_m > least_m ? c->seal_distance_m : least_m);
 }
 
-/* Returns the rate of the state under these inflows. */
+/* Returns the rate of the state for these flows into the chambers. */
 static inline struct cylinder_state rates(const struct cylinder_model *m, const struct cylinder_leg *c, const struct cylinder_state *s,
                                           const double stiffness[PORTS], double flow1, double flow2, double rate_mps, double valve) {
     const struct machine *machine = &m->machine;
@@ -288,8 +290,8 @@ double cylinder_hydraulic_force(const struct cylinder_model *m, int leg, const s
     return m->leg[leg].a1_m2 * s->p1_pa - m->leg[leg].a2_m2 * s->p2_pa;
 }
 
-/* Returns the force of an end stop. It only pushes: without this limit its damper would pull on the
- * way out. */
+/* Returns the force of an end stop, which only pushes: its damper alone would pull when the rod
+ * moves away. */
 static double stop_push(const struct hydraulics_params *h, double depth_m, double speed_in_mps) {
     if (depth_m <= 0.0) return 0.0;
     double push = h->stop_stiffness_n_per_m * depth_m + h->stop_damping_n_s_per_m * speed_in_mps;
@@ -324,7 +326,8 @@ struct friction cylinder_friction(const struct cylinder_model *m, int leg, const
     return sum;
 }
 
-/* Evaluates friction under supply pressure, because some friction depends on pressure. */
+/* Evaluates the friction with supply pressure in both chambers, because some friction depends on
+ * pressure. */
 bool cylinder_can_stick(const struct cylinder_model *m) {
     struct cylinder_state loaded = {.p1_pa = m->machine.supply.pressure_pa, .p2_pa = m->machine.supply.pressure_pa};
     for (int leg = 0; leg < LEGS; leg++)

@@ -38,8 +38,8 @@
 
 struct cylinder_state {
     double p1_pa, p2_pa, spool, spool_rate;
-    double deflection;        /* relative deflection z of the seals: -1 while the rod slides in, 1
-                               * while it slides out */
+    double deflection;        /* relative deflection z of the seals: towards -1 while the rod slides
+                               * in, towards 1 while it slides out */
 };
 
 struct hose_state {
@@ -51,8 +51,8 @@ enum { PORT_A, PORT_B, PORTS };
 
 struct cylinder_model {        /* constants derived once from params and effects */
     struct machine machine;
-    int first, legs;               /* first <= leg < legs: all legs of the mechanism, or a single
-                                    * one */
+    int first, legs;               /* range of simulated legs, first <= leg < legs: all legs of the
+                                    * mechanism, or one leg */
     struct cylinder_leg {
         double a1_m2, a2_m2;
         double length_min_m, length_max_m; /* leg lengths at the end stops */
@@ -63,12 +63,14 @@ struct cylinder_model {        /* constants derived once from params and effects
         double hose_volume_m3, hose_inertance, hose_resistance; /* constants of a port's hose, m^3,
                                                                  * kg/m^4, Pa s/m^3; volume 0: there
                                                                  * is no hose */
-        double seal_distance_m;       /* path over which the seals deflect; 0: they slide at once */
+        double seal_distance_m;       /* path over which the seals deflect; 0: no deflection, they
+                                       * slide at once */
         bool rate_limited;
     } leg[LEGS];
     double supply_share;       /* share of the supply pressure that acts; below 1 while the supply
-                                * is switched on or off */
-    bool extended;             /* the model has valve laws, hoses or resistances of the mains */
+                                * is switched on or off, 0 while it is off */
+    bool extended;             /* the model has laws of the valves' openings, hoses, or flow
+                                * resistances of the mains */
 };
 
 /* Pressures of the supply and of the tank at the valves. */
@@ -82,11 +84,11 @@ void cylinder_model_init(struct cylinder_model *m, const struct params *params);
 /* Finds the inertance, kg/m^4, and the laminar resistance, Pa s/m^3, of the oil in a pipe. */
 void cylinder_pipe(double length_m, double bore_m, double *inertance, double *resistance);
 
-/* Returns the pressures of the mains without a drop in the hoses to the power unit. */
+/* Returns the pressures of the mains, without the pressure drop in the hoses to the power unit. */
 struct mains cylinder_mains(const struct cylinder_model *m);
 
-/* Computes the time derivative of the state of a leg without hoses. opening: opening of the valve,
- * s->spool unless machine_opening() changes it. valve: command of the valve. */
+/* Computes the time derivative of the state of a leg without hoses. opening: opening of the valve;
+ * it equals s->spool unless machine_opening() changes it. valve: command of the valve. */
 struct cylinder_state cylinder_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,
                                           const struct cylinder_state *s, double opening, double length_m, double rate_mps, double valve);
 
@@ -95,12 +97,13 @@ struct cylinder_state cylinder_hose_derivative(const struct cylinder_model *m, i
                                                const struct cylinder_state *s, const struct hose_state hose[PORTS], double opening,
                                                double length_m, double rate_mps, double valve, struct hose_state hose_rate[PORTS]);
 
-/* Computes the leg's flows from the supply and to the tank. hose: NULL without hoses. */
+/* Computes the leg's flow from the supply and its flow to the tank. hose: NULL for a leg without
+ * hoses. */
 void cylinder_flows(const struct cylinder_model *m, int leg, const struct mains *mains, const struct cylinder_state *s,
                     const struct hose_state *hose, double opening, double length_m, double *supply_m3_per_s, double *tank_m3_per_s);
 
-/* Applies limits that the derivative cannot express: the spool stops dead at +-1 and keeps its
- * speed limit, no chamber pressure is below vacuum, and no seal is deflected beyond sliding. Call
+/* Applies limits that the derivative cannot express: the spool stops at +-1 and keeps its speed
+ * limit, no chamber pressure is below vacuum, and no seal is deflected beyond sliding. To be called
  * after every substep. */
 void cylinder_limit(const struct cylinder_model *m, int leg, struct cylinder_state *s);
 
@@ -109,11 +112,11 @@ struct cylinder_input {
     double length_m, rate_mps, valve;
 };
 
-/* Makes one RK4 step and applies cylinder_limit; the input is given at the step's start, middle and
- * end. Only for a model that is not extended, whose legs are independent. */
+/* Makes one RK4 step and applies cylinder_limit(). in: input at the step's start, middle and end.
+ * Only for a model that is not extended, because its legs are independent. */
 void cylinder_step(const struct cylinder_model *m, int leg, double dt_s, const struct cylinder_input in[3], struct cylinder_state *s);
 
-/* Steps the spool alone, whose motion does not depend on chamber pressures. */
+/* Makes a step of the spool alone; its motion does not depend on the chamber pressures. */
 void cylinder_spool_step(const struct cylinder_model *m, int leg, double dt_s, double valve, struct cylinder_state *s);
 
 /* Returns the stiffness of the oil: loss of hydraulic force per metre of extension with both ports
@@ -123,20 +126,21 @@ double cylinder_stiffness(const struct cylinder_model *m, int leg, double length
 /* Returns A1 P1 - A2 P2. */
 double cylinder_hydraulic_force(const struct cylinder_model *m, int leg, const struct cylinder_state *s);
 
-/* Returns the force of an end stop, a unilateral spring and damper: >= 0 at the lower stop, <= 0 at
- * the upper one, 0 between. */
+/* Returns the force of the end stops on the rod. A stop is a spring and damper that only pushes:
+ * the force is >= 0 at the lower stop, <= 0 at the upper one, 0 between. */
 double cylinder_stop_force(const struct cylinder_model *m, int leg, double length_m, double rate_mps);
 
-/* Returns the force of deflected seals, positive if it extends the leg; it does not depend on the
- * leg's motion. */
+/* Returns the force of the deflected seals on the rod, positive away from the base; it depends on
+ * their deflection, not on the present motion. */
 double cylinder_seal_force(const struct cylinder_model *m, int leg, const struct cylinder_state *s);
 
-/* Returns the friction for motion in a direction, +1 or -1: the base model's viscous part, and
- * every effect's leg friction. With sim.smooth_friction_mps the dry part becomes part of the
- * viscous one. */
+/* Returns the friction for motion in a direction, +1 or -1: the viscous part of the base model plus
+ * the leg friction of all effects. With sim.smooth_friction_mps the dry part is added to the
+ * viscous part. */
 struct friction cylinder_friction(const struct cylinder_model *m, int leg, const struct cylinder_state *s, int direction, double speed_mps);
 
-/* Returns true if dry friction can hold some leg, so that the engine must look for sticking. */
+/* Returns true if dry friction can hold any leg, so that the engine must look for legs that
+ * stick. */
 bool cylinder_can_stick(const struct cylinder_model *m);
 
 #endif

@@ -1,8 +1,12 @@
-/* A rigid-body engine with its own coupling to the hydraulics. There are two, derived
- * independently: sim/engine_ode.c (13 bodies, ODE's joints and semi-implicit Euler used as a
- * leapfrog, bodies stepped before the hydraulics, which take RK4 over that motion) and
- * sim/engine_closed_form.c (6 degrees of freedom, RK4 over bodies and hydraulics together, stick
- * events located inside the substep). RT, no heap after create.
+/* A rigid-body engine with its coupling to the hydraulics. There are two, derived independently:
+ *
+ *   sim/engine_ode.c          13 bodies in ODE; ODE's semi-implicit Euler is used as a leapfrog.
+ *                             First the bodies are stepped, then the hydraulics by RK4 over the
+ *                             motion of the bodies.
+ *   sim/engine_closed_form.c  6 degrees of freedom; RK4 over bodies and hydraulics together. The
+ *                             instants at which legs stick are located inside the substep.
+ *
+ * RT, no heap after create.
  *
  * Universal joints of both engines: at each end of a leg the first axis is fixed in the base (or
  * the platform) and the second in the cylinder (or rod); joint friction acts about both axes. The
@@ -14,7 +18,7 @@
 #include "hydraulics.h"
 #include "plant.h"
 
-/* Joint positions as drawn, from the geometry of params (docs/method.md, 1), derived in sim
+/* Joint positions and axes by the configured geometry (docs/method.md, 1), computed in sim
  * independently of src/core. */
 struct sim_geometry {
     double upper[LEGS][3];       /* joints on the platform, m, in {M} */
@@ -31,18 +35,18 @@ struct engine_ops {
     const char *name;
     struct engine *(*create)(const struct params *params, struct error *error);
     void (*destroy)(struct engine *e);
-    /* Puts the bodies at rest in this pose: legs with dry friction are stuck, and rods are ahead of
-     * their joints by ahead_m (machine_ahead; 0 without backlash). */
+    /* Puts the bodies at rest in this pose: legs with dry friction are stuck. ahead_m: distance of
+     * each rod ahead of its joint (machine_ahead()); 0 without backlash. */
     void (*place)(struct engine *e, const double pose[DOFS], const double ahead_m[LEGS]);
-    /* Makes one substep of bodies and hydraulics together, limits (hydraulics.h) included; valve
-     * commands are constant over it. */
+    /* Makes one substep of bodies and hydraulics together, with hydraulics_limit(). The valve
+     * commands are constant over the substep. */
     void (*substep)(struct engine *e, double dt_s, const double valve[LEGS], struct hydraulics_state *hydraulics);
-    /* Makes one substep of the bodies alone with these forces along the legs
-     * (plant_step_forced). */
+    /* Makes one substep of the bodies alone under these forces along the legs
+     * (plant_step_forced()). */
     void (*forced)(struct engine *e, double dt_s, const double force_n[LEGS]);
     /* Sets the share of the supply pressure that acts from now on, 0..1. */
     void (*supply)(struct engine *e, double share);
-    /* Fills pose, twist, length, rate, friction, stuck and the energies. */
+    /* Fills in pose, twist, length, rate, friction, stuck and the energies. */
     void (*truth)(const struct engine *e, const struct hydraulics_state *hydraulics, struct plant_truth *truth);
 };
 

@@ -1,6 +1,7 @@
-/* The closed-form engine: closed_form.h's RK4 and its events. Dry friction makes the right-hand
- * side jump where a coordinate stops. No step crosses such an instant: the engine finds it, steps
- * to it, and decides there whether the coordinate stays (stick.h). */
+/* The closed-form engine: the RK4 step of closed_form.h and its events. At the instant at which a
+ * coordinate with dry friction stops, the right-hand side jumps. No step crosses such an instant:
+ * the engine finds it, steps to it, and decides there whether the coordinate stays at rest
+ * (stick.h). */
 #include <stdlib.h>
 #include <string.h>
 
@@ -8,8 +9,8 @@
 
 enum { EVENTS_MAX = 4 * COORDINATES }; /* most events handled in a substep */
 
-static const double STOPPED = 1e-9; /* m/s or rad/s; a coordinate slower than this counts as stopped
-                                     * when the instant of its stop is sought */
+static const double STOPPED = 1e-9; /* speed below which a coordinate counts as stopped, m/s or
+                                     * rad/s */
 
 /* Removes the remaining motion of held coordinates from the twist. */
 static void stop_held(struct closed_form *e, const struct instant *now) {
@@ -25,15 +26,15 @@ static void stop_held(struct closed_form *e, const struct instant *now) {
     memcpy(twist, x, sizeof x);
 }
 
-/* Finds the range of the friction force of a leg at rest. */
+/* Finds the range of the friction force on the rod of a leg at rest. */
 static void leg_limits(const struct closed_form *e, int k, double *least_n, double *most_n) {
     const struct cylinder_state *s = &e->state.hydraulics.cylinder[k];
     *least_n = -cylinder_friction(&e->cylinder, k, s, 1, 0.0).dry;
     *most_n = cylinder_friction(&e->cylinder, k, s, -1, 0.0).dry;
 }
 
-/* If the limits exclude zero, moves the force that must act into the free acceleration. Returns
- * that force. */
+/* If the limits exclude zero, adds the limit that is nearer to zero to the free acceleration, as a
+ * force that acts in any case. Returns this force, or 0. */
 static double centre_limits(double least, double most, struct stick_coordinate *c, struct instant *now) {
     double must = least > 0.0 ? least : most < 0.0 ? most : 0.0;
     if (must != 0.0) add6(must, c->row, now->free);
@@ -57,8 +58,7 @@ static struct stick_coordinate at_rest(const struct closed_form *e, struct insta
     return c;
 }
 
-/* Holds the coordinates that have stopped. Returns the number of those that were not held
- * before. */
+/* Holds the coordinates that have stopped. Returns how many of them were not held before. */
 static int arrest(struct closed_form *e) {
     int more = 0;
     for (int i = 0; i < e->sticks; i++) {
@@ -77,9 +77,10 @@ static int held_places(const struct closed_form *e, int place[COORDINATES]) {
     return count;
 }
 
-/* Starts a step: holds stopped coordinates, brings them to rest exactly, and releases those whose
- * friction is too weak. Bringing a coordinate to rest may stop others that move with it, and all
- * stopped ones must be known before any is released. */
+/* Starts a step: holds the stopped coordinates, brings them to rest exactly, and releases those
+ * whose friction is too weak. Bringing a coordinate to rest may stop other coordinates that move
+ * with it, so all stopped ones are found before any is released. Caught coordinates (slide()) are
+ * not released. */
 static void release(struct closed_form *e, const struct drive *drive, const bool caught[COORDINATES]) {
     struct stick_coordinate rest[COORDINATES];
     double must[COORDINATES];
@@ -101,8 +102,8 @@ static void release(struct closed_form *e, const struct drive *drive, const bool
     }
 }
 
-/* Returns the smallest speed of the coordinates in `which`, in their sliding direction; it is <= 0
- * once one of them stops. */
+/* Returns the smallest speed, in its sliding direction, among the coordinates in `which`. The
+ * result is <= 0 once one of them has stopped. */
 static double nearest_to_rest(const struct closed_form *e, const bool which[COORDINATES], const double rate[COORDINATES]) {
     double nearest = (double)INFINITY;
     for (int i = 0; i < e->sticks; i++) {
@@ -112,8 +113,9 @@ static double nearest_to_rest(const struct closed_form *e, const bool which[COOR
     return nearest;
 }
 
-/* Steps to the instant before h at which the first of the `turning` coordinates, which would
- * reverse by h, stops (Illinois rule). Returns the time of this instant. */
+/* Steps to the instant at which the first of the `turning` coordinates stops (Illinois rule), and
+ * returns its time. These coordinates would reverse before h. start, end: nearest_to_rest() of them
+ * at 0 and at h. */
 static double step_to_rest(const struct closed_form *e, double h, const struct drive *drive, const bool turning[COORDINATES], double start,
                            double end, union system *to) {
     double low = 0.0, high = h, at = h, rate[COORDINATES];
@@ -137,8 +139,9 @@ static double step_to_rest(const struct closed_form *e, double h, const struct d
     return at;
 }
 
-/* Steps to h or to the first instant at which a coordinate stops. Returns the elapsed time. A
- * coordinate that reverses as soon as it is released is caught: held to the end of the substep. */
+/* Steps to h, or to the first instant at which a coordinate stops. Returns the elapsed time. A
+ * coordinate that reverses as soon as it is released is caught: it is held to the end of the
+ * substep. */
 static double slide(struct closed_form *e, double h, const struct drive *drive, bool caught[COORDINATES]) {
     double rate[COORDINATES];
     bool turning[COORDINATES] = {false}, any = false, at_once = false;
@@ -163,8 +166,8 @@ static double slide(struct closed_form *e, double h, const struct drive *drive, 
     return h;
 }
 
-/* Finishes a step with too many events and ignores further ones. The error is less than the impulse
- * of friction over a substep, and the engine can never hang. */
+/* Finishes a step that has too many events, and ignores further ones, so that the engine can never
+ * hang. The error is less than the impulse of friction over a substep. */
 static void slide_on(struct closed_form *e, double h, const struct drive *drive) {
     closed_form_rk4(e, &e->state, h, drive, &e->state);
     closed_form_rates(e, &e->state, e->rate);
@@ -174,8 +177,8 @@ static void slide_on(struct closed_form *e, double h, const struct drive *drive)
     }
 }
 
-/* Returns the direction of a rod. A rod at rest stays there while the sum of its other axial forces
- * is within the limits of its friction. */
+/* Returns the direction of a rod; 0: it is held. A rod at rest stays at rest while friction within
+ * its limits can balance the sum of the other axial forces. */
 static int rod_direction(const struct closed_form *e, const struct instant *now, int k) {
     double rate = e->state.rods.rate_mps[k], least, most;
     leg_limits(e, k, &least, &most);
@@ -193,7 +196,7 @@ static void release_rods(struct closed_form *e, const struct drive *drive) {
     }
 }
 
-/* Stops rods that have reversed within the step if their friction can hold them. */
+/* Stops the rods that have reversed within the step, if their friction can hold them. */
 static void arrest_rods(struct closed_form *e, const struct drive *drive) {
     struct instant now;
     closed_form_look(e, &e->state, drive, &now);

@@ -1,8 +1,8 @@
 /* The ODE engine: bodies first, then the hydraulics over the motion just found.
  *
- * Time. ODE's semi-implicit Euler is used as the leapfrog it is: positions and pressures belong to
- * the substep's ends, velocities to its middle. This is of second order if each force is taken at
- * the substep's start, halfway between two velocities:
+ * Time. ODE's semi-implicit Euler is a leapfrog: positions and pressures belong to the ends of a
+ * substep, velocities to its middle. The leapfrog is of second order if each force is taken at the
+ * substep's start, halfway between two velocities:
  *   position, pressure   taken as they are;
  *   velocity             extrapolated by half a substep, v + (v - v_before) / 2;
  *   given force          mean of this substep's and the previous one's (forced());
@@ -22,18 +22,21 @@
 #include "params.h"
 #include "surroundings.h"
 
-/* Least mass (kg) and inertia (kg m^2) of a leg's part: with less, ODE finds inertia matrices that
- * are not positive definite. */
+/* Least mass (kg) and inertia (kg m^2) of a leg's part. With less, ODE computes inertia matrices
+ * that are not positive definite. */
 static const double LEAST_BODY = 1e-8;
 
-/* A leg at an instant and its resistance. Forces act on the rod, positive away from the base. */
+/* A leg and its resistance at one instant. Forces act on the rod, except contact_n, and are
+ * positive away from the base. */
 struct leg {
     dVector3 axis;
     double length_m, rate_mps;
     double viscous_n;
-    double passive_n; /* viscous friction, seals, end stop and middle of the dry friction's range */
-    double holding_n; /* half of the dry friction's range: the motor's limit */
-    double contact_n; /* this one acts on the platform; 0 without backlash */
+    double passive_n; /* sum of viscous friction, seals, end stop, and the middle of the dry
+                       * friction's range */
+    double holding_n; /* half of the dry friction's range, which is the limit of the piston's
+                       * motor */
+    double contact_n; /* force of the rod on the platform; 0 without backlash */
 };
 
 struct engine_ode {
@@ -45,16 +48,17 @@ struct engine_ode {
     double pose[DOFS], ahead_m[LEGS]; /* arguments of the last call of place() */
     bool started;                   /* a substep has been made since place() */
     struct velocity before[BODIES]; /* velocities one substep ago */
-    bool hydraulic;                 /* the cylinders act; false if given forces replace them */
-    double held_n[LEGS];          /* if not `hydraulic`: the given forces of the previous substep */
+    bool hydraulic;                 /* the hydraulics act; false: given forces replace them */
+    double held_n[LEGS];          /* given forces of the previous substep; only if not
+                                   * `hydraulic` */
     struct leg leg[LEGS];           /* legs at the start of the substep */
     double motor_n[LEGS];           /* force of each piston's motor: dry friction less the middle of
                                      * its range, which is in passive_n */
     bool stuck[LEGS];
 };
 
-/* Returns a body's velocity at the present positions, which are half a substep after ODE's
- * velocity. */
+/* Returns a body's velocity at the instant of the present positions. ODE's velocity belongs to half
+ * a substep before that. */
 static struct velocity velocity_now(const struct engine_ode *e, int body) {
     struct velocity v = ode_machine_velocity(&e->machine, body);
     for (int k = 0; k < 3; k++) {
@@ -79,8 +83,8 @@ static double contact_now(const struct engine_ode *e, int i, const struct leg *l
 }
 
 /* Finds a leg and its resistance. Friction in the direction of motion is computed at the leg's
- * speed, friction in the other direction at zero speed, in case the leg reverses. Thus the force of
- * a sliding leg and the range of holding forces are both exact. */
+ * speed, friction in the other direction at zero speed, for the case that the leg reverses. So both
+ * the force of a sliding leg and the range of forces that hold a leg are exact. */
 static struct leg leg_now(const struct engine_ode *e, int i, const struct hydraulics_state *s) {
     struct leg leg;
     struct velocity rod = velocity_now(e, ROD + i), cylinder = velocity_now(e, CYLINDER + i);
@@ -104,8 +108,8 @@ static void look_at_legs(struct engine_ode *e, const struct hydraulics_state *s)
     }
 }
 
-/* Pushes at the mass centres of cylinder and rod: they lie on the leg's axis, so there is no
- * moment. */
+/* Pushes at the mass centres of cylinder and rod, which lie on the leg's axis, so that no moment
+ * arises. */
 static void push_leg(struct engine_ode *e, int i, double force_n) {
     const double *n = e->leg[i].axis;
     dBodyAddForce(e->machine.body[ROD + i], force_n * n[0], force_n * n[1], force_n * n[2]);
@@ -157,9 +161,9 @@ static void kick(struct engine_ode *e, double dt_s, const double force_n[LEGS]) 
     dWorldStep(e->machine.world, dt_s);
 }
 
-/* Starts from rest. A trial step finds the velocities that a substep gains. The velocities start at
- * minus half of this gain, because they are half a substep before the positions, and those in
- * `before` at minus one and a half. */
+/* Starts from rest. A trial step finds the velocities that a substep gains. Velocities belong to
+ * half a substep before the positions, so they start at minus half of this gain, and those in
+ * `before` at minus one and a half of it. */
 static void start(struct engine_ode *e, double dt_s, const double force_n[LEGS]) {
     kick(e, dt_s, force_n);
     ode_machine_place(&e->machine, e->pose, e->ahead_m);
@@ -199,7 +203,8 @@ static void step_hydraulics(struct engine_ode *e, double dt_s, const double valv
     hydraulics_step(&e->model, dt_s, input, s);
 }
 
-/* Moves base and pump. Bodies in the frame of a moving base feel its acceleration reversed. */
+/* Makes a substep of base and pump. In the frame of the moving base, the bodies feel its
+ * acceleration reversed. */
 static void yield(struct engine_ode *e, double dt_s) {
     struct surroundings *s = &e->surroundings;
     double momentum[3] = {0}, mass_kg = 0.0, pull[3];
@@ -288,8 +293,8 @@ static void truth(const struct engine *base, const struct hydraulics_state *s, s
 
 static void supply(struct engine *base, double share) { ((struct engine_ode *)base)->model.supply_share = share; }
 
-/* Refuses bodies without mass or inertia, because ODE's assertions fail on them. The closed-form
- * engine takes legs without mass. */
+/* Refuses legs whose parts have too little mass or inertia, because ODE's assertions would fail.
+ * The closed-form engine accepts legs without mass. */
 static int bodies_check(const struct params *params, struct error *error) {
     struct machine m;
     machine_init(&m, params);

@@ -5,8 +5,8 @@
 #include "params.h"
 #include "units.h"
 
-/* Places three pairs of legs, 120 degrees apart. A pair's upper joints lie alpha to either side of
- * its axis; its lower joints stop beta short of the midway lines to the pairs beside it. */
+/* Places three pairs of legs, 120 degrees apart. The upper joints of a pair are at +-alpha from the
+ * pair's axis, its lower joints at +-(60 degrees - beta). */
 static void on_circles(struct sim_geometry *g, const struct geometry_params *p) {
     for (int leg = 0; leg < LEGS; leg++) {
         double axis = 2.0 * PI / 3.0 * (leg / 2), side = leg % 2 ? 1.0 : -1.0;
@@ -20,7 +20,7 @@ static void as_given(const struct leg_vectors *given, double point[LEGS][3]) {
     if (given->given) memcpy(point, given->leg, sizeof given->leg);
 }
 
-/* Computes the first axis of a joint: as given, or tangential to the joint circle. */
+/* Computes the first axis of a joint: as configured, or else tangential to the joint circle. */
 static void first_axis(const struct leg_vectors *given, int leg, const double joint[3], double axis[3]) {
     double angle = atan2(joint[1], joint[0]);
     const double tangent[3] = {-sin(angle), cos(angle), 0.0}, *v = given->given ? given->leg[leg] : tangent;

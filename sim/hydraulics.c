@@ -30,7 +30,7 @@ static void flows(const struct cylinder_model *m, const struct hydraulics_state 
 }
 
 /* Finds the back pressure that the legs' flow causes in the return hose, by the Illinois rule. The
- * flow falls as the back pressure rises, so exactly one pressure fits. */
+ * flow falls as the back pressure rises, so there is exactly one solution. */
 static void balance_tank(const struct cylinder_model *m, const struct hydraulics_state *s, const double length_m[LEGS],
                          struct mains *mains) {
     double resistance = m->machine.supply.tank_resistance_pa_s_per_m3, base_pa = mains->tank_pa, supply, flow;
@@ -115,7 +115,7 @@ static void advance(double h, const union values *from, const union values *rate
 static void extended_step(const struct cylinder_model *m, double dt_s, const struct hydraulics_input in[3], struct hydraulics_state *s) {
     static const double divisor[4] = {6.0, 3.0, 3.0, 6.0};
     union values start, at, k[4];
-    memset(k, 0, sizeof k); /* zero rates for legs that the mechanism lacks */
+    memset(k, 0, sizeof k); /* the rates of legs that the mechanism lacks stay 0 */
     start.state = *s;
     extended(m, &start.state, &in[0], &k[0].state);
     advance(0.5 * dt_s, &start, &k[0], &at);

@@ -22,9 +22,9 @@ static struct tip tip_of(const struct rigid_legs *legs, int leg) {
     return t;
 }
 
-/* Computes the row of an axis d, so that row . twist is the rate about d: (n x v / L - w) . d =
- * v . (d x n) / L - w . d. At the base w is zero, and given as NULL. Returns the rate's derivative
- * while the platform does not accelerate. */
+/* Computes the row of an axis d, so that row . twist is the rate about d: (n x v / L - w) . d = v .
+ * (d x n) / L - w . d. For a joint at the base w is zero and is given as NULL. Returns the
+ * acceleration about d while the twist is constant. */
 static double axis_row(const struct tip *t, const double d[3], const double d_rate[3], const double *w, double row[DOFS]) {
     double lever[3], turned[3], swung[3], change = 0.0;
     cross3(d, t->n, lever);
@@ -40,13 +40,14 @@ static double axis_row(const struct tip *t, const double d[3], const double d_ra
     return change - dot3(w, d_rate);
 }
 
-/* Computes the rows of both axes of a joint whose first axis is `first`, carried along at angular
- * velocity w. */
+/* Computes the rows of both axes of a joint. first: its first axis, which turns with angular
+ * velocity w; NULL: w is zero. */
 static void joint_rows(const struct tip *t, const double first[3], const double *w, double row[2][DOFS], double bias[2]) {
     double first_rate[3] = {0}, d1[3], d2[3], d1_rate[3], d2_rate[3], turned[3], swung[3];
     if (w) cross3(w, first, first_rate);
     double c = dot3(t->n, first), c_rate = dot3(t->n_rate, first) + dot3(t->n, first_rate);
-    /* shrink is -sdot/s; the bound only avoids a division by zero if a leg lies along its axis */
+    /* shrink is -sdot/s; the bound only avoids a division by zero if a leg lies along its first
+     * axis */
     double s_squared = fmax(1.0 - c * c, 1e-4), s = sqrt(s_squared), shrink = c * c_rate / s_squared;
     cross3(first, t->n, d2);
     cross3(first_rate, t->n, turned);

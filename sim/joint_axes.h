@@ -16,9 +16,9 @@
 enum { JOINT_AXES_PER_LEG = 4, JOINT_AXES = JOINT_AXES_PER_LEG * LEGS };
 
 struct joint_axes {
-    double row[JOINT_AXES][DOFS]; /* rate = row . twist; a moment m about the axis adds row' m to
-                                   * the load */
-    double bias[JOINT_AXES];      /* acceleration about the axis, less row . (rate of the twist) */
+    double row[JOINT_AXES][DOFS]; /* rate about an axis = row . twist; a moment m about the axis
+                                   * adds row' m to the load */
+    double bias[JOINT_AXES];      /* acceleration about the axis while the twist is constant */
 };
 
 void joint_axes(const struct rigid_model *m, const struct rigid_state *s, const struct rigid_legs *legs, struct joint_axes *axes);

@@ -106,8 +106,8 @@ static bool turns(const double square[3], const double product[3]) {
     return xx > 0.0 && xx * yy - xy * xy > 0.0 && determinant > 0.0;
 }
 
-/* Returns true if the viscous friction at 1 m/s in this direction is negative and would drive the
- * leg. */
+/* Returns true if the viscous friction at 1 m/s in this direction is negative, so that it would
+ * drive the leg. */
 static bool drives(const struct machine *m, int leg, int direction) {
     const struct leg_motion motion = {.speed_mps = 1.0, .direction = direction};
     struct friction sum = {.viscous = m->params->hydraulics.viscous_n_s_per_m[leg]};

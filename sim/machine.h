@@ -1,6 +1,6 @@
-/* The actual machine: the configuration with its effects. First come the constants, which effects
- * change, then the laws, which they add. Every other part of sim takes its constants and laws from
- * here. Pure after machine_init, any thread, RT. */
+/* The actual machine: the configuration with its effects. Effects change the constants, which come
+ * first, and add the laws, which come last. All other files of sim/ take constants and laws from
+ * here. Pure after machine_init(), any thread, RT. */
 #ifndef HEXID_MACHINE_H
 #define HEXID_MACHINE_H
 
@@ -11,7 +11,8 @@
 struct params;
 struct sensor_errors;
 
-/* A sensor's path from the exact value: lag, then delay, then reading = scale value + offset. */
+/* Path from the exact value to a sensor's reading: a lag, then a delay, then reading = scale value
+ * + offset. */
 struct sensor_path {
     double scale, offset;
     double lag_s;   /* time constant of a first-order lag */
@@ -40,12 +41,13 @@ struct machine {
                                                          * along the axes of {M} */
         double payload_products_kg_m2[3];   /* entries xy, xz, yz of the payload's inertia matrix */
         double payload_center_m[3];                     /* payload's mass centre in {M} */
-        double gravity_mps2, down[3];                   /* acceleration of gravity; its direction is
-                                                         * the unit vector `down` in {B} */
+        double gravity_mps2, down[3];                   /* gravity_mps2: acceleration of gravity;
+                                                         * down: its direction, a unit vector in
+                                                         * {B} */
         double upper_joint_m[LEGS][3], lower_joint_m[LEGS][3]; /* joints, in {M} and in {B} */
         double upper_kg[LEGS], lower_kg[LEGS]; /* masses of each leg's rod (ma) and cylinder (mb) */
-        double transverse_kg_m2[LEGS];                  /* inertia that effects add to the
-                                                         * cylinder's inertia ib */
+        double transverse_kg_m2[LEGS];                  /* transverse inertia that effects add to
+                                                         * that of the cylinder, ib */
         double neutral_length_m[LEGS], middle_length_m[LEGS]; /* leg lengths at neutral, and in the
                                                                * middle of the stroke */
         double clearance_m[LEGS];                       /* backlash between rod and platform, along
@@ -54,7 +56,8 @@ struct machine {
     struct {                          /* pressures and hoses of the mains, which all valves share */
         double pressure_pa, tank_pa;
         double resistance_pa_s_per_m3, tank_resistance_pa_s_per_m3; /* flow resistances of the
-                                                                     * mains' hoses */
+                                                                     * supply hose and of the tank
+                                                                     * hose */
     } supply;
     struct {
         double bulk_modulus_pa[LEGS], leakage_m3_per_s_pa[LEGS];
@@ -64,30 +67,31 @@ struct machine {
         double rate_per_s[LEGS];      /* greatest speed of the spool, in full openings per second;
                                        * infinity: no limit */
         double bias[LEGS];                              /* position of the spool at zero command */
-        double flow_scale[LEGS], port_ratio[LEGS];      /* scale of both ports' flow; flow gain of
-                                                         * port B divided by that of port A */
+        double flow_scale[LEGS], port_ratio[LEGS];      /* scale of the flow through both ports;
+                                                         * flow gain of port B divided by that of
+                                                         * port A */
     } valve;
     struct {                                            /* seals of the cylinder */
-        double distance_m[LEGS];                        /* path over which the seals deflect: after
-                                                         * about five times this they slide; 0: they
-                                                         * slide at once */
-        double stiffness_n_per_m[LEGS];                 /* the seals' force divided by the path;
-                                                         * after a reversal they are twice as
-                                                         * stiff */
+        double distance_m[LEGS];                        /* path over which the seals deflect; after
+                                                         * about five times this path they slide; 0:
+                                                         * they slide at once */
+        double stiffness_n_per_m[LEGS];                 /* the seals' friction force divided by that
+                                                         * path; after a reversal the seals are
+                                                         * twice as stiff as this */
     } seals;
     struct {                                            /* hoses between valve ports and chambers */
-        double length_m[LEGS], diameter_m[LEGS];        /* dimensions of the hoses; length 0: there
-                                                         * is none */
+        double length_m[LEGS], diameter_m[LEGS];        /* length and bore of the hoses; length 0:
+                                                         * there is no hose */
     } hose;
     struct {
         struct sensor_path length[LEGS], p1[LEGS], p2[LEGS];
-        struct sensor_path force[LEGS];                 /* force sensor or drive, if pressures are
-                                                         * not measured */
+        struct sensor_path force[LEGS];                 /* reading of a force sensor or a drive,
+                                                         * where no pressures are measured */
     } sensors;
     struct {
         double command_delay_s[LEGS];
-        double clock_ratio;                             /* recorder's time divided by the
-                                                         * controller's */
+        double clock_ratio;                             /* speed of the recorder's clock divided by
+                                                         * that of the controller's */
     } timing;
 
     /* Effects that add laws. */
@@ -97,32 +101,34 @@ struct machine {
 /* Prepares a machine; params must outlive it. */
 void machine_init(struct machine *m, const struct params *params);
 
-/* Adds systematic errors to the paths of the sensors; machine_init() adds those of params. A
- * positive skew delays the lengths, a negative one the pressures and forces; readings that are not
- * delayed belong to the instant of the commands. So the residuals have a kink where the skew
+/* Adds systematic errors to the paths of the sensors; machine_init() has added those of params.
+ * Readings without a delay belong to the instant of the commands: a positive skew delays the
+ * lengths, a negative skew the pressures and forces. So the residuals have a kink where the skew
  * changes its sign. Pipes do not change the paths: a simulation has their volume (cylinder.c), but
  * not their inertia. */
 void machine_add_errors(struct machine *m, const struct sensor_errors *errors);
 
-/* Checks that the machine can exist. Returns 0, or -2 if not: the payload has no mass or no
- * positive definite inertia, or effects make a leg's mass, inertia or viscous friction negative. */
+/* Checks that the machine can exist. Returns -2 if the payload has no mass or no positive definite
+ * inertia, or if effects make a leg's mass, inertia or viscous friction negative; otherwise 0. */
 int machine_check(const struct machine *m, struct error *error);
 
 /* Returns the sum of all effects' friction about one axis of a universal joint of this leg. */
 struct friction machine_joint_friction(const struct machine *m, int leg, double speed_radps);
 
-/* machine_has_play: true if the leg has backlash at its end; never on a single axis. The rod of
- * such a leg moves with the piston, and the platform feels only the contact force that
- * machine_contact returns: force of the rod on the platform along the leg, positive away from the
- * base. ahead_m: distance of the rod ahead of its place in a joint without backlash. The force is
- * zero between the flanks. The flanks are softer than steel, so that a substep of 0.25 ms resolves
- * them: a rod oscillates on one at 400 Hz, rebounds with 0.43 of its speed and rests after 7 ms.
- * machine_ahead: distance ahead_m of a rod at rest under this contact force. */
+/* machine_has_play() returns true if the leg has backlash at the rod's end; a single axis never
+ * has. The rod of such a leg moves with the piston, and the platform feels only the contact force
+ * that machine_contact() returns: the force of the rod on the platform along the leg, positive away
+ * from the base. ahead_m: distance of the rod from its place in a joint without backlash, positive
+ * away from the base. Between the flanks of the joint the force is zero. The flanks are softer than
+ * steel, so that a substep of 0.25 ms resolves them: a rod oscillates on a flank at 400 Hz,
+ * rebounds with 0.43 of its speed and rests after 7 ms. machine_ahead() returns the ahead_m of a
+ * rod at rest under this contact force. */
 bool machine_has_play(const struct machine *m, int leg);
 double machine_contact(const struct machine *m, int leg, double ahead_m, double ahead_mps);
 double machine_ahead(const struct machine *m, int leg, double contact_n);
 
-/* Stiffness of a backlash joint's flank, against which the rod end rests, N/m. */
+/* Returns the stiffness of the flank of a joint with backlash, against which the rod's end rests,
+ * N/m. */
 double machine_flank(const struct machine *m, int leg);
 
 /* Adds the wrenches of all effects on the platform, about the origin of {M}, in {B}. */

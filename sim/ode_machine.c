@@ -7,18 +7,18 @@
 #include "params.h"
 
 static const double AXIAL_SHARE = 4e-6;         /* axial inertia of a leg's part, as a share of its
-                                                 * transverse inertia; the closed form neglects
-                                                 * it */
+                                                 * transverse inertia; the closed-form engine
+                                                 * neglects it */
 static const double JOINT_ERP = 0.2;
 static const double JOINT_CFM = 1e-10;
 static const double PISTON_MOTOR_CFM = 1e-13;   /* m/s per N: a stuck leg under 10 kN
                                                  * creeps 10 nm in 10 s */
 
-/* Protects the number of ODE's users, which ODE counts without a lock. */
+/* Protects ODE's count of its users, which ODE itself does not lock. */
 static pthread_mutex_t ode_users = PTHREAD_MUTEX_INITIALIZER;
 
-/* ODE's solver prints a message when it gives up a step, but the loop thread must not print. Such a
- * step is noticed anyway, because lengths and pose then disagree. */
+/* Drops ODE's messages. Its solver prints one when it gives up a step, but the loop's thread must
+ * not print. Such a step is noticed anyway, because lengths and pose then disagree. */
 static void no_message(int number, const char *format, va_list args) {
     (void)number;
     (void)format;
@@ -216,8 +216,8 @@ static void make_loose(struct ode_machine *m, dBodyID rod, dBodyID platform, con
     dJointSetPUAxisP(joint, along[0], along[1], along[2]);
 }
 
-/* Makes a joint for joint friction. The universal joint has motors of its own, but with a separate
- * joint ODE solves for the pistons first, which is twice as fast if all stick. */
+/* Makes the motor of a joint's friction. The universal joint has motors, too, but with a separate
+ * joint ODE solves for the pistons first, which is twice as fast if all of them stick. */
 static dJointID make_rub(struct ode_machine *m, dBodyID one, dBodyID two, const dVector3 axis1, const dVector3 axis2) {
     dJointID joint = dJointCreateAMotor(m->world, NULL);
     dJointAttach(joint, one, two);
@@ -238,9 +238,9 @@ static dJointID make_piston(struct ode_machine *m, dBodyID cylinder, dBodyID rod
     return joint;
 }
 
-/* Makes a leg's joints. A joint at the base and a joint with backlash have the leg's part as their
- * first body (ODE wants a moving body first), so their axes 1 and 2 in ODE are our second and
- * first. */
+/* Makes a leg's joints. The joint at the base (because ODE wants a moving body first) and a joint
+ * with backlash have the leg's part as their first body; ODE's axes 1 and 2 of these joints are
+ * then the second and the first axis of engine.h. */
 static void make_joints(struct ode_machine *m, int leg, bool rub) {
     dBodyID platform = m->body[PLATFORM], cylinder = m->body[CYLINDER + leg], rod = m->body[ROD + leg];
     dVector3 a, along, first_upper, second_lower, second_upper;
@@ -273,7 +273,7 @@ int ode_machine_init(struct ode_machine *m, const struct params *params) {
     make_bodies(m);
     ode_machine_place(m, neutral, level);
     for (int leg = 0; leg < LEGS; leg++) make_joints(m, leg, m->machine.joint_friction.count > 0);
-    /* The first step allocates ODE's working memory, enough for all rows of these joints. */
+    /* the first step allocates ODE's working memory, enough for all rows of these joints */
     if (!dWorldStep(m->world, 1e-6)) return ode_machine_free(m), -1;
     ode_machine_place(m, neutral, level);
     m->neutral_moment_kg_m = moment_of_mass(m);

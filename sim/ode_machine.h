@@ -33,17 +33,19 @@ struct ode_machine {
     dBodyID body[BODIES];
     dJointID piston[LEGS];
     dJointFeedback feedback[LEGS];             /* forces of the pistons in the last step */
-    dJointID lower_rub[LEGS], upper_rub[LEGS]; /* angular motors about the two axes of the universal
-                                                * joints; only with joint friction */
+    dJointID lower_rub[LEGS], upper_rub[LEGS]; /* angular motors about the two axes of the lower and
+                                                * of the upper universal joint; only with joint
+                                                * friction */
     double neutral_moment_kg_m;             /* sum of mass times depth over all bodies at neutral */
 };
 
-/* Makes the machine at rest at neutral. params must outlive it. Returns 0, or -1 without memory or
- * with masses that no bodies can have. */
+/* Makes the machine at rest at neutral. params must outlive it. Returns 0, or -1 if there is no
+ * memory or no bodies can have these masses. */
 int ode_machine_init(struct ode_machine *m, const struct params *params);
 void ode_machine_free(struct ode_machine *m);
 
-/* Moves every body to this pose, rods ahead of their joints by ahead_m; velocities stay. */
+/* Moves every body to its place in this pose; velocities stay. ahead_m: distance of each rod ahead
+ * of its joint. */
 void ode_machine_place(struct ode_machine *m, const double pose[DOFS], const double ahead_m[LEGS]);
 
 void ode_machine_pose(const struct ode_machine *m, double pose[DOFS]);
@@ -57,13 +59,14 @@ double ode_machine_length(const struct ode_machine *m, int leg, const dVector3 a
 /* Computes the position of a leg's joint on the platform, in {B}. */
 void ode_machine_joint(const struct ode_machine *m, int leg, dVector3 point);
 
-/* Computes the platform's velocity at the origin of {M}. */
+/* Computes the twist of the platform, whose velocity is given at its mass centre, at the origin of
+ * {M}. */
 void ode_machine_twist(const struct velocity *platform, const struct ode_machine *m, double twist[DOFS]);
 
 /* Sets an acceleration of all bodies that replaces gravity, m/s^2 in {B}. */
 void ode_machine_pull(struct ode_machine *m, const double pull[3]);
 
-/* Adds the effects' wrench, which ODE does not compute. Call before every step. */
+/* Adds the wrench of the effects, which ODE does not know. To be called before every step. */
 void ode_machine_load(struct ode_machine *m);
 
 /* Returns the potential energy of all bodies, J; zero at neutral. Meaningless while the base moves

@@ -24,8 +24,9 @@ struct plant {
     struct hydraulics_state state;
     struct power_unit power_unit;
     bool has_power_unit, life_sign;
-    uint64_t cycles;          /* number of cycles so far; a count keeps time exact */
-    double forced_s;          /* total time of plant_step_forced() */
+    uint64_t cycles;          /* number of cycles so far; counting avoids rounding errors of the
+                               * time */
+    double forced_s;          /* sum of the times of all calls of plant_step_forced() */
 };
 
 static const struct engine_ops *const engines[] = {[ENGINE_ODE] = &engine_ode, [ENGINE_CLOSED_FORM] = &engine_closed_form};
@@ -37,7 +38,7 @@ static struct cylinder_state drained(const struct plant *plant) {
     return (struct cylinder_state){.p1_pa = tank, .p2_pa = tank};
 }
 
-/* Computes the loads of the end stops: holding forces of the legs less the push of tank pressure.
+/* Computes the load on each end stop: the holding force of the leg less the push of tank pressure.
  * Returns false if the legs cannot hold the platform. */
 static bool stop_loads(const struct plant *plant, const double pose[DOFS], double load_n[LEGS]) {
     struct cylinder_state tank = drained(plant);
@@ -46,7 +47,7 @@ static bool stop_loads(const struct plant *plant, const double pose[DOFS], doubl
     return possible;
 }
 
-/* Finds how far rods with backlash are ahead of their joints at rest. */
+/* Finds the distance of each rod with backlash ahead of its joint at rest; 0 without backlash. */
 static void rest_ahead(const struct plant *plant, const double pose[DOFS], double ahead_m[LEGS]) {
     struct rigid_state s;
     struct rigid_legs legs;
@@ -102,8 +103,8 @@ static void exact_values(const struct plant *plant, struct exact *exact) {
     }
 }
 
-/* Puts the plant at rest in a pose, chambers as they are, as if it had rested there for so long
- * that no part remembers an earlier motion. */
+/* Puts the plant at rest in a pose, with its present chamber pressures, as if it had been at rest
+ * for so long that no part remembers an earlier motion. */
 static void rest(struct plant *plant, const double pose[DOFS]) {
     struct exact exact;
     double ahead_m[LEGS];
@@ -130,10 +131,10 @@ static int settle(struct plant *plant, struct error *error) {
     return resolution_check(&plant->cylinder, &plant->rigid, pose, substep_s(plant), error);
 }
 
-/* Returns dt^2 times the stiffness plus dt times the damping of a rod's fastest oscillation, kg.
- * With backlash the rod swings on oil at its stiffest and on a flank, damped by viscous friction;
- * seals are always counted, and the factor of two in rods_resolved() covers their double stiffness
- * after a reversal. */
+/* Returns dt^2 times the stiffness plus dt times the damping of the fastest oscillation of a rod,
+ * kg. With backlash the rod swings between the oil, at its stiffest, and a flank, damped by viscous
+ * friction. The seals' stiffness always counts; it doubles after a reversal, which the factor of
+ * two in rods_resolved() covers. */
 static double rings_kg(const struct plant *plant, int leg) {
     const struct machine *m = &plant->cylinder.machine;
     const struct cylinder_leg *c = &plant->cylinder.leg[leg];
@@ -144,9 +145,9 @@ static double rings_kg(const struct plant *plant, int leg) {
     return dt_s * (dt_s * ((play ? oil + machine_flank(m, leg) : 0.0) + seals) + (play ? drag : 0.0));
 }
 
-/* Refuses a leg whose moving mass is too small for the substeps. This is the mass of the rod and,
- * without backlash, a sixth of the payload. The engines are stable down to half the mass that is
- * demanded. */
+/* Refuses a leg that moves too small a mass for the substeps: the mass of the rod plus, without
+ * backlash, a sixth of the payload. The engines are stable down to half of the mass demanded
+ * here. */
 static int rods_resolved(const struct plant *plant, struct error *error) {
     const struct machine *m = &plant->cylinder.machine;
     for (int k = 0; k < LEGS; k++) {

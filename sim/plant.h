@@ -26,46 +26,46 @@ struct plant_truth {
     double p1_pa[LEGS], p2_pa[LEGS];
     double spool[LEGS];     /* position of each spool, -1..1 */
     double hydraulic_n[LEGS]; /* hydraulic force of each leg, A1 P1 - A2 P2 */
-    double friction_n[LEGS];  /* force of friction, seals and end stop on each rod, positive away
+    double friction_n[LEGS];  /* sum of friction, seals and end stops on each rod, positive away
                                * from the base */
     bool stuck[LEGS];       /* dry friction holds the leg */
     double kinetic_j, potential_j; /* energies of the rigid bodies; the potential energy is zero at
                                     * neutral */
 };
 
-/* Makes a plant at rest on the lower end stops, both chambers at tank pressure, spools centred. The
- * pose is solved from the static balance on the stops' stiffness, so that nothing moves at first.
- * params must outlive the plant. Returns NULL and sets *error if the parameters describe no
- * possible machine, the substeps are too long for it, or there is no memory. */
+/* Makes a plant at rest on the lower end stops, with both chambers of every leg at tank pressure
+ * and spools centred. The pose is the static balance on the stops' springs, so that nothing moves
+ * at first. params must outlive the plant. Returns NULL and sets *error if no machine can have
+ * these parameters, the substeps are too long for it, or there is no memory. */
 struct plant *plant_create(const struct params *params, uint64_t seed, struct error *error);
 void plant_destroy(struct plant *plant);
 
-/* Puts the plant at rest in a pose, which the legs must be able to hold, with chamber pressures
- * that balance it (half the supply in the rodless side if possible). */
+/* Puts the plant at rest in a pose that the legs can hold. Chamber pressures balance it, with half
+ * the supply pressure on the rodless side if possible. */
 void plant_place(struct plant *plant, const double pose[DOFS]);
 
-/* Supplies the plant from a power unit from now on (power_unit.h): the supply fails if the life
- * sign does not change for hold_s. Without this call the supply is always on. */
+/* Supplies the plant from a power unit from now on (power_unit.h), which switches the supply off if
+ * the life sign does not change for hold_s. Without this call the supply is always on. */
 void plant_add_power_unit(struct plant *plant, double hold_s);
 
 /* Sets the level of the life sign (types.h) for the cycles to come. */
 void plant_life_sign(struct plant *plant, bool level);
 
-/* Makes one cycle with these commands, each -1..1 (clamped). NaN centres the valve, as its
- * amplifier does without a signal. */
+/* Makes one cycle with these commands, which are limited to -1..1. NaN centres the valve, as a
+ * valve amplifier does without a signal. */
 void plant_step(struct plant *plant, const double valve[LEGS]);
 
-/* Makes one substep of the rigid bodies alone under these forces along the legs. Hydraulic forces
- * and the cylinders' viscous friction are left out; dry friction, joint friction, gravity and end
- * stops remain. It serves tests of the engines against each other and of the energy balance. */
+/* Makes one substep of the rigid bodies alone under these forces along the legs, to test the
+ * engines against each other and the energy balance. Hydraulic forces and the cylinders' viscous
+ * friction are left out; dry friction, joint friction, gravity and end stops remain. */
 void plant_step_forced(struct plant *plant, double dt_s, const double force_n[LEGS]);
 
-/* Reads the sensors and inputs into the sample; its time, age, sequence and flags stay as they
- * are. */
+/* Reads sensors and inputs into the sample; does not change the sample's time, age, sequence number
+ * and flags. */
 void plant_measure(struct plant *plant, struct hal_sample *sample);
 
-/* Returns the recorder's time divided by the controller's: rate of the samples' time stamps on the
- * loop's clock. */
+/* Returns the speed of the recorder's clock divided by that of the controller's: the samples' time
+ * stamps advance at this rate on the loop's clock. */
 double plant_clock_ratio(const struct plant *plant);
 
 void plant_get_truth(const struct plant *plant, struct plant_truth *truth);

@@ -11,9 +11,9 @@
 #include <stdbool.h>
 
 struct power_unit {
-    double hold_s;   /* the relay opens if the life sign does not change for this time */
+    double hold_s;   /* time without a change of the life sign after which the relay opens */
     double still_s;  /* time since the life sign last changed */
-    double share;    /* pressure, as a share of the full supply pressure, 0..1 */
+    double share;    /* present supply pressure as a share of the full one, 0..1 */
     bool level;
     bool pressure;   /* the pressure switch is closed */
 };

@@ -4,15 +4,15 @@
 
 #include "vec.h"
 
-/* Stability limits of the explicit steps: rate^2 dt^2 < 4 for a spring (leapfrog; RK4: 8), rate dt
- * < 1 for a damper (velocities extrapolated by half a substep; RK4: 2.8), and rate dt < 2.8 for a
- * chamber (RK4). */
+/* Limits of the check, below the stability limits of the explicit steps: rate^2 dt^2 < 4 for a
+ * spring (leapfrog; RK4: 8), rate dt < 1 for a damper (velocities extrapolated by half a substep;
+ * RK4: 2.8), rate dt < 2.8 for a chamber (RK4). */
 static const double SPRING_MOST = 3.5, DAMPER_MOST = 0.9, LEAK_MOST = 2.5;
 enum { ITERATIONS = 60 };
 
-/* Finds the largest eigenvalue of a matrix by the power method. The matrix is w[k] w[k]' times
- * of[k], added up over the legs k: w[k] is the leg's row scaled by the platform's inertia, of[k] a
- * stiffness or damping along the leg. */
+/* Finds, by the power method, the largest eigenvalue of the sum of of[k] w[k] w[k]' over the
+ * legs k. w[k]: row of leg k, scaled by the platform's inertia. of[k]: stiffness or damping
+ * along leg k. */
 static double fastest(const double of[LEGS], double w[LEGS][DOFS]) {
     double x[DOFS] = {1.0, 0.9, 0.8, 0.7, 0.6, 0.5}, value = 0.0;
     for (int n = 0; n < ITERATIONS; n++) {
@@ -25,8 +25,8 @@ static double fastest(const double of[LEGS], double w[LEGS][DOFS]) {
     return value;
 }
 
-/* Scales the legs' rows by the inertia: a unit force along leg k accelerates leg l by the dot
- * product of w[k] and w[l]. */
+/* Scales the legs' rows by the platform's inertia: the dot product of w[k] and w[l] is then the
+ * acceleration of leg l for a unit force along leg k. */
 static void whiten_legs(const struct rigid_model *rigid, const double pose[DOFS], struct rigid_legs *legs, double w[LEGS][DOFS]) {
     struct rigid_state s;
     struct factor6 mass = {0};

@@ -1,5 +1,5 @@
-/* Checks whether the substeps resolve the machine. Oil springs, dampers and leakage whose rates are
- * faster than a substep make either engine diverge. Pure. */
+/* Checks whether the substeps resolve the machine. If oil springs, dampers or leakage have rates
+ * that are too fast for a substep, both engines diverge. Pure. */
 #ifndef HEXID_RESOLUTION_H
 #define HEXID_RESOLUTION_H
 

@@ -68,8 +68,8 @@ void rigid_pose(const struct rigid_state *s, double pose[DOFS]) {
     pose[5] = atan2(t[1][0], t[0][0]);
 }
 
-/* Computes the legs' motion. It has a short loop over the legs for each quantity, which the
- * compiler vectorises in pairs. */
+/* Computes the legs' motion. Each quantity has its own short loop over the legs, because the
+ * compiler vectorises such loops in pairs. */
 void rigid_legs(const struct rigid_model *m, const struct rigid_state *s, struct rigid_legs *legs) {
     const double *v = s->twist, *w = s->twist + 3;
     double (*t)[3] = legs->rotation, spin[3][3], square[LEGS];
@@ -143,8 +143,8 @@ static void add_offset(const struct rigid_model *m, const struct rigid_state *s,
     mass[5][0] -= m->mass * r[1], mass[5][1] += m->mass * r[0];
 }
 
-/* Adds the weights of payload and legs along x and y on a tilted base, moments about the origin of
- * {M}. */
+/* Adds the components along x and y of the weights of payload and legs, on a tilted base; moments
+ * about the origin of {M}. */
 static void add_sideways(const struct rigid_model *m, const struct rigid_legs *legs, double load[DOFS]) {
     const double *down = m->machine.bodies.down, gravity = m->machine.bodies.gravity_mps2;
     const double g[3] = {gravity * down[0], gravity * down[1], 0.0};
@@ -158,9 +158,9 @@ static void add_sideways(const struct rigid_model *m, const struct rigid_legs *l
     }
 }
 
-/* Load of each leg on the platform at its upper joint. f: effective mass across the leg; axial: the
- * additional mass along the leg, ma - f. pull, moment: load while the platform has no
- * acceleration. */
+/* Load of each leg on the platform at its upper joint. f: effective mass across the leg. axial:
+ * additional mass along the leg, ma - f. pull, moment: load at zero acceleration of the
+ * platform. */
 struct leg_load {
     double f[LEGS], axial[LEGS];
     double pull[3][LEGS], moment[3][LEGS]; /* force and moment on the platform, about the origin of
@@ -190,8 +190,8 @@ static void leg_loads(const struct rigid_model *m, const struct rigid_legs *legs
     }
 }
 
-/* Adds the sum of axial J' J over the legs to the mass matrix (axial: ma - f of struct leg_load).
- * It adds whole rows, which is faster than a triangle. */
+/* Adds the sum of axial J' J over the legs to the mass matrix (axial: as in struct leg_load).
+ * Adding whole rows is faster than adding a triangle. */
 static void add_axial_mass(const struct rigid_legs *legs, const double axial[LEGS], double mass[DOFS][DOFS]) {
     for (int k = 0; k < LEGS; k++) {
         double row[DOFS];
@@ -257,8 +257,8 @@ double rigid_rod_force(const struct rigid_model *m, const struct rigid_legs *leg
     return m->upper_mass[leg] * (acceleration_mps2 - inner_m * turn_squared - weight_mps2);
 }
 
-/* Computes the kinetic energy body by body, not from the mass matrix, so that a test can compare
- * the two. */
+/* Computes the energies. The kinetic energy is summed body by body, not computed from the mass
+ * matrix, so that a test can compare the two. */
 void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, double *kinetic_j, double *potential_j) {
     struct rigid_legs legs;
     const double *down = m->machine.bodies.down;
@@ -285,8 +285,8 @@ void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, doub
     *potential_j = -m->machine.bodies.gravity_mps2 * depth - m->neutral_potential;
 }
 
-/* Solves J' f = -load through J J' f = -J load. Squaring J costs no accuracy that matters, because
- * legs that can hold the platform are far from singular. */
+/* Solves J' f = -load as J J' f = -J load. Squaring J does not lose much accuracy, because legs
+ * that can hold the platform are far from singular. */
 bool rigid_holding_forces(const struct rigid_model *m, const double pose[DOFS], double force_n[LEGS]) {
     struct rigid_state s;
     struct rigid_legs legs;

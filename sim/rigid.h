@@ -35,11 +35,10 @@
 struct rigid_model {
     struct machine machine;
     struct sim_geometry geometry; /* positions of the joints and directions of their axes */
-    double upper[3][LEGS], lower[3][LEGS]; /* positions of the joints, with an array for each
+    double upper[3][LEGS], lower[3][LEGS]; /* positions of the joints, one array for each
                                             * coordinate */
-    double mass, inertia[3][3], gravity;      /* mass and inertia of the payload, the latter about
-                                               * its own mass centre in {M}; gravity along z,
-                                               * m/s^2 */
+    double mass, inertia[3][3], gravity;      /* mass of the payload; its inertia about its own mass
+                                               * centre, in {M}; gravity along z, m/s^2 */
     bool offset;                                   /* the payload's mass centre is off the origin of
                                                     * {M} */
     double upper_center[LEGS];       /* distance ra of the rod's mass centre from the upper joint */
@@ -51,7 +50,7 @@ struct rigid_model {
 
 struct rigid_state {
     double position[3];
-    double attitude[4]; /* attitude as a unit quaternion w x y z, {M} to {B}: it needs no
+    double attitude[4]; /* attitude as a unit quaternion w x y z, {M} to {B}; it needs no
                          * trigonometry and has no singular pose */
     double twist[6];
 };
@@ -61,20 +60,21 @@ struct rigid_legs {
     double rho[3][LEGS], n[3][LEGS], arm[3][LEGS]; /* `arm` is rho x n */
     double length[LEGS], rate[LEGS];
     double across[3][LEGS]; /* part v_perp of the upper joint's velocity across the leg */
-    double centripetal[3][LEGS]; /* omega x (omega x rho): the part of a that does not depend on the
-                                  * platform's acceleration */
+    double centripetal[3][LEGS]; /* omega x (omega x rho): acceleration of the upper joint while the
+                                  * platform has no acceleration */
 };
 
 void rigid_model_init(struct rigid_model *m, const struct params *params);
 
-/* Converts Euler angles (types.h) to a state with twist zero, and back. */
+/* rigid_rest() sets a state at rest in a pose with Euler angles (types.h); rigid_pose() computes
+ * the pose of a state. */
 void rigid_rest(struct rigid_state *s, const double pose[DOFS]);
 void rigid_pose(const struct rigid_state *s, double pose[DOFS]);
 
 void rigid_legs(const struct rigid_model *m, const struct rigid_state *s, struct rigid_legs *legs);
 
-/* Computes mass and load in mass acceleration = load + J' f. Sets only the lower triangle of
- * mass. */
+/* Computes mass and load of the equation mass acceleration = load + J' f. Sets only the lower
+ * triangle of mass. */
 void rigid_dynamics(const struct rigid_model *m, const struct rigid_state *s, const struct rigid_legs *legs, double mass[DOFS][DOFS],
                     double load[DOFS]);
 
@@ -86,15 +86,15 @@ static inline void rigid_row(const struct rigid_legs *legs, int leg, double row[
     for (int i = 0; i < 3; i++) row[i] = legs->n[i][leg], row[3 + i] = legs->arm[i][leg];
 }
 
-/* Returns the axial force that a leg's rod needs for its own motion when its end is length_m from
- * the lower joint: mass times acceleration, less the parts due to the leg's rotation and to
- * weight. */
+/* Returns the axial force that a leg's rod needs for its own motion when the rod's end is length_m
+ * from the lower joint: mass times acceleration, less the parts due to the leg's rotation and to
+ * the rod's weight. */
 double rigid_rod_force(const struct rigid_model *m, const struct rigid_legs *legs, int leg, double length_m, double acceleration_mps2);
 
 void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, double *kinetic_j, double *potential_j);
 
-/* Finds the forces along the legs that hold the platform at rest in a pose. Returns false if they
- * cannot hold it (J singular). */
+/* Finds the forces along the legs that hold the platform at rest in a pose. Returns false if no
+ * forces can hold it (J singular). */
 bool rigid_holding_forces(const struct rigid_model *m, const double pose[DOFS], double force_n[LEGS]);
 
 #endif

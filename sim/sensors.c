@@ -85,8 +85,8 @@ static double uniform(uint64_t *state) {
     return (double)((z ^ z >> 31) >> 11) * 0x1p-53 - 0.5;
 }
 
-/* Passes a pressure through the converter. The codes of an n-bit converter are -2^(n-1) ..
- * 2^(n-1)-1; it saturates beyond them. */
+/* Passes a pressure through the converter. An n-bit converter has the codes -2^(n-1) .. 2^(n-1)-1,
+ * and saturates at the first and the last. */
 static double through_converter(struct sensors *s, double pressure_pa) {
     if (!s->params->enabled) return pressure_pa;
     double full = s->params->pressure_full_scale_pa;
@@ -96,7 +96,7 @@ static double through_converter(struct sensors *s, double pressure_pa) {
 }
 
 void sensors_read(struct sensors *s, double dt_s, const struct exact *exact, struct exact *reading) {
-    for (int k = 0; k < LEGS; k++) { /* leg by leg, because noise is drawn in this order */
+    for (int k = 0; k < LEGS; k++) { /* leg by leg: the order in which noise is drawn must stay */
         for (int kind = 0; kind < KINDS; kind++) {
             int i = kind * LEGS + k;
             const struct sensor_path *p = path(s, i);

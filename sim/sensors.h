@@ -1,7 +1,7 @@
-/* Readings of the machine's sensors (docs/method.md section 5): first the effects on the exact
- * value (machine.h's sensor_path: lag, delay, scale, offset), then lengths in steps of the encoder,
- * pressures with noise through the converter. The generator is seeded: the same seed gives the same
- * noise, bit for bit, on every machine. RT after sensors_init. */
+/* Readings of the machine's sensors (docs/method.md section 5). First the effects act on the exact
+ * value (struct sensor_path: lag, delay, scale, offset); then lengths are rounded to steps of the
+ * encoder, and pressures get noise and pass the converter. The same seed gives the same noise, bit
+ * for bit, on every computer. RT after sensors_init(). */
 #ifndef HEXID_SENSORS_H
 #define HEXID_SENSORS_H
 
@@ -22,8 +22,8 @@ struct sensors {
     uint64_t random;   /* state of the random generator splitmix64 */
     bool history;      /* a sensor has a lag or a delay, so that sensors_follow() is needed */
     struct exact lagged, last;
-    int kept, newest;  /* number of instants in `past`, a substep apart (0: no sensor has a delay),
-                        * and the index of the newest */
+    int kept, newest;  /* kept: number of instants in `past`, which are a substep apart; 0: no
+                        * sensor has a delay. newest: index of the newest instant */
     struct exact *past;
 };
 
@@ -31,14 +31,14 @@ struct sensors {
 int sensors_init(struct sensors *s, const struct machine *machine, uint64_t seed);
 void sensors_free(struct sensors *s);
 
-/* Starts as if the machine had had these values for all time before. */
+/* Starts as if these values had been constant for all time before. */
 void sensors_rest(struct sensors *s, const struct exact *exact);
 
-/* Takes the exact values, which are one substep later than the previous ones. */
+/* Takes the exact values of the next substep. dt_s: duration of a substep. */
 void sensors_follow(struct sensors *s, double dt_s, const struct exact *exact);
 
-/* Reads the sensors at the instant of the exact values. With a history, sensors_follow() must have
- * taken these values before. */
+/* Reads the sensors at the instant of these exact values. If `history` is set, sensors_follow()
+ * must have taken the same values before. */
 void sensors_read(struct sensors *s, double dt_s, const struct exact *exact, struct exact *reading);
 
 #endif

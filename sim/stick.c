@@ -4,17 +4,17 @@
 
 #include "vec.h"
 
-static const double DEPENDENT = 1e-12;  /* a row counts as linearly dependent if the square of its
-                                         * part outside the basis is at most this share of the row's
-                                         * square */
-static const double GIVES_WAY = 1e-6;  /* acceleration from which on friction gives way, m/s^2 or
+static const double DEPENDENT = 1e-12;  /* a row counts as linearly dependent if at most this share
+                                         * of its square lies outside the basis */
+static const double GIVES_WAY = 1e-6;  /* acceleration above which friction gives way, m/s^2 or
                                         * rad/s^2: far above the solver's error, far below any real
-                                        * motion (0.5 um after 1 s) */
-static const double CONVERGED = 1e-12; /* the solver ends once complementarity() is at most this
-                                        * times the sum of the distances between the two limits of
-                                        * each force; m/s^2 or rad/s^2 */
-static const double LEAST_LIMIT = 1e-9; /* a smaller limit is raised to this, N or N m, because the
-                                         * solver needs a distance between the two limits */
+                                        * motion (0.5 um in 1 s) */
+static const double CONVERGED = 1e-12; /* the solver ends once complementarity(), divided by the sum
+                                        * over all forces of the distance between the two limits, is
+                                        * at most this, m/s^2 or rad/s^2 */
+static const double LEAST_LIMIT = 1e-9; /* smallest limit, N or N m; a smaller one is raised to
+                                         * this, because the solver needs a distance between the two
+                                         * limits of a force */
 
 enum { ITERATIONS = 60 };
 
@@ -22,7 +22,7 @@ void stick_basis_add(struct stick_basis *basis, const double row[DOFS], double b
     double rest[DOFS], square = dot6(row, row);
     if (basis->rank == DOFS) return;
     for (int i = 0; i < DOFS; i++) rest[i] = row[i];
-    for (int pass = 0; pass < 2; pass++) /* twice is enough (Kahan) */
+    for (int pass = 0; pass < 2; pass++) /* two passes are enough (Kahan) */
         for (int k = 0; k < basis->rank; k++) {
             double share = dot6(basis->row[k], rest);
             add6(-share, basis->row[k], rest);
@@ -39,10 +39,11 @@ void stick_hold(const struct stick_basis *basis, double bias_scale, double x[DOF
     for (int k = 0; k < basis->rank; k++) add6(-dot6(basis->row[k], x) - bias_scale * basis->bias[k], basis->row[k], x);
 }
 
-/* Interior point method: minimise |x + sum force_k row_k|^2 / 2 + sum bias_k force_k, each force
- * between its limits. The gradient is the coordinate's acceleration = extend - retract, the
- * multipliers of the two limits: a coordinate that extends presses its force to the lower limit.
- * down, up: distances of the force from its lower and upper limit. */
+/* Interior point method: minimise |x + sum force_k row_k|^2 / 2 + sum bias_k force_k, with each
+ * force between its limits. The gradient by a force is the acceleration of its coordinate, and
+ * equals extend - retract, the multipliers of the lower and of the upper limit: a coordinate
+ * that extends has its force at the lower limit. down, up: distances of the force from these two
+ * limits. */
 struct point {
     double force, down, up, extend, retract;
 };
@@ -62,9 +63,9 @@ static double complementarity(const struct point *p, int count) {
     return sum;
 }
 
-/* Computes a Newton step towards complementarity `target` at every limit: (I + sum y y'/d) dx =
- * -sum y rho/d, change = -(rho + y.dx)/d, with y a coordinate's row, d its stiffness[] and rho its
- * residual[]. */
+/* Computes a Newton step towards complementarity `target` at every limit. With y a coordinate's
+ * row, d its stiffness[] and rho its residual[]: (I + sum y y'/d) dx = -sum y rho/d, change = -(rho
+ * + y.dx)/d. */
 static void newton(const struct stick_coordinate *c, const struct point *p, int count, double target, double *change) {
     struct factor6 metric = {0};
     double step[DOFS] = {0}, stiffness[STICK_MAX], residual[STICK_MAX];
@@ -85,8 +86,8 @@ static void shorten(double value, double change, double *length) {
     if (value + *length * change < 0.0) *length = -value / change;
 }
 
-/* Adds the changes to forces and multipliers, shortened so that all stay just inside their
- * limits. */
+/* Adds the changes to forces and multipliers. The step is shortened so that forces stay within
+ * their limits and multipliers positive. */
 static void advance(struct point *p, int count, double target, const double *change) {
     double extend[STICK_MAX], retract[STICK_MAX], length = 1.0 / 0.99;
     for (int k = 0; k < count; k++) {

@@ -31,13 +31,13 @@ void valve_line_send(struct valve_line *l, const double valve[LEGS]) {
     memcpy(l->sent[l->newest], valve, sizeof l->sent[0]);
 }
 
-/* Returns the mean over the substep of the command sent a delay ago. */
+/* Returns the mean, over the substep, of the command that arrives then. */
 static double arriving(const struct valve_line *l, int leg, int substep) {
     const struct params *p = l->machine->params;
     double cycles = l->machine->timing.command_delay_s[leg] / p->loop.period_s, delay = fmin(cycles, l->kept - 2.0);
     if (!(delay > 0.0)) return l->sent[l->newest][leg];
-    /* instant at which the command that arrives now was sent, in substeps after the newest one was
-     * sent */
+    /* instant at which the command was sent that arrives at the start of the substep; in substeps,
+     * counted from the sending of the newest command */
     double start = substep - delay * p->sim.substeps;
     double cycle = floor(start / p->sim.substeps), change = (cycle + 1.0) * p->sim.substeps - start;
     int at = (l->newest + (int)cycle + 2 * l->kept) % l->kept, next = (at + 1) % l->kept;

@@ -20,8 +20,8 @@ static inline void add6(double a, const double x[6], double y[6]) {
     for (int i = 0; i < 6; i++) y[i] += a * x[i];
 }
 
-/* Cholesky factor C of a positive definite 6x6 matrix, M = C C': lower triangle, 1/C_ii
- * on the diagonal. */
+/* Cholesky factor C of a positive definite 6x6 matrix, M = C C', in the lower triangle; the
+ * diagonal has 1/C_ii. */
 struct factor6 {
     double c[6][6];
 };
@@ -40,8 +40,8 @@ static inline void factor6(struct factor6 *f) {
     }
 }
 
-/* Replaces x, a row or a force, by C^-1 x. An acceleration a is whitened as C' a instead, whose
- * square is a' M a. */
+/* Replaces x, a row of J or a force, by C^-1 x. (An acceleration a is whitened as C' a instead; its
+ * square is a' M a.) */
 static inline void whiten6(const struct factor6 *f, double x[6]) {
     for (int i = 0; i < 6; i++) {
         for (int k = 0; k < i; k++) x[i] -= f->c[i][k] * x[k];

@@ -14,7 +14,7 @@ struct security_params {
 
 struct machine_params {
     char name[PARAMS_TEXT_SIZE]; /* name by which commands find this daemon (src/io/machine_name.h);
-                                  * "": the first free one of hexid, hexid-2, ... */
+                                  * "": the first free name of hexid, hexid-2, ... */
 };
 
 struct lcm_params {

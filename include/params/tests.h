@@ -20,7 +20,7 @@ struct test_params {
     double hz[DOFS];              /* frequency of each axis's sinusoid */
     double amplitude[DOFS];       /* amplitude of each axis's sinusoid, m or rad */
     double settle_s, ramp_s, duration_s, ramp_out_s; /* durations of a test's parts; duration_s is
-                                                      * the evaluated one */
+                                                      * that of the evaluated part */
     int harmonics;                /* number of harmonics regressed, the fundamental included */
     bool multisine;               /* one test moves all axes of `order` at once */
     char trajectory[PARAMS_TEXT_SIZE]; /* file of poses over time, which replaces the sinusoids; "":

@@ -4,7 +4,7 @@
 
 enum { PHI, THETA };
 
-/* Ry(theta) Rx(phi) rotates from {B} to a level frame; its last row is the vertical, `down`, in
+/* Ry(theta) Rx(phi) rotates from {B} to a level frame; its last row is `down`, the vertical in
  * {B}. */
 static void machine(const struct effect_values *v, struct machine *m) {
     double phi = v->value[PHI][0], theta = v->value[THETA][0];

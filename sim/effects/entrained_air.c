@@ -2,7 +2,7 @@
 
 enum { BULK };
 
-#define NONE_PA 3e9 /* neutral value: stiffer than any oil, so that the effect is off */
+#define NONE_PA 3e9 /* neutral value, stiffer than any oil; the effect is then off */
 
 static void machine(const struct effect_values *v, struct machine *m) {
     for (int leg = 0; leg < LEGS; leg++)

@@ -4,8 +4,8 @@
 
 enum { X, Y, Z, PHI, THETA, PSI };
 
-/* The springs act on the three angles, but moments do work on angular velocities: omega = E(angles)
- * rates, so moment = E^-T force. */
+/* The springs act on the three angles, but a moment does work on the angular velocity. With omega =
+ * E(angles) rates, moment = E^-T force. */
 static void wrench(const struct effect_values *v, const double pose[DOFS], double wrench[DOFS]) {
     double force[DOFS], cp = cos(pose[PSI]), sp = sin(pose[PSI]), ct = cos(pose[THETA]), tt = tan(pose[THETA]);
     for (int i = X; i <= PSI; i++) force[i] = -v->value[i][0] * pose[i];

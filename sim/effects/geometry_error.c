@@ -26,8 +26,8 @@ const struct effect geometry_error = {
              [B_X] = {.name = "b_x_m", .unit = "m", .min = -0.1, .max = 0.1, .typical = -4e-3, .per_leg = true},
              [B_Y] = {.name = "b_y_m", .unit = "m", .min = -0.1, .max = 0.1, .typical = 4e-3, .per_leg = true},
              [B_Z] = {.name = "b_z_m", .unit = "m", .min = -0.1, .max = 0.1, .typical = 4e-3, .per_leg = true}},
-    .contains = {&base_tilt,               /* special case: all joints rotate alike */
-                 &payload_center_of_mass}, /* special case: all joints of the platform shift
-                                            * alike */
+    .contains = {&base_tilt,               /* special case: all joints rotate by the same angle */
+                 &payload_center_of_mass}, /* special case: all joints of the platform shift by the
+                                            * same vector */
     .machine = machine,
 };

@@ -4,8 +4,8 @@
 
 enum { SLOPE, BEND, TURN };
 
-/* Returns sin(a) / a for square = a^2, and sinh(a) / a for square = -a^2; analytic in `square`. The
- * argument of sinh is limited to a = 30, so that no result is infinite. */
+/* Returns sin(a) / a for square = a^2 >= 0, and sinh(a) / a for square = -a^2; the function is
+ * analytic in `square`. In sinh, a is at most 30, so that no result is infinite. */
 static double sinc(double square) {
     double a = fmin(sqrt(fabs(square)), square > 0.0 ? HUGE_VAL : 30.0);
     if (a < 1e-3) return 1.0 - square / 6.0;

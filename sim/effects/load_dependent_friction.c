@@ -2,7 +2,8 @@
 
 enum { MU };
 
-/* A mean chamber pressure below atmospheric presses on no seal, so it adds no friction. */
+/* If the mean of the chamber pressures is below atmospheric, no seal is pressed on, so no friction
+ * is added. */
 static void leg_friction(const struct effect_values *v, int leg, const struct leg_motion *motion, struct friction *add) {
     double pressure_pa = 0.5 * (motion->p1_pa + motion->p2_pa);
     if (pressure_pa > 0.0) add->dry += v->value[MU][leg] * (motion->a1_m2 - motion->a2_m2) * pressure_pa;

@@ -2,7 +2,8 @@
 
 enum { WIDTH };
 
-/* Returns the output of a valve with backlash: it follows the command half a width behind. */
+/* Returns the output of a valve with backlash, which follows the command at a distance of half the
+ * width. */
 static double command(const struct effect_values *v, int leg, double command, double *memory) {
     double half = 0.5 * v->value[WIDTH][leg], low = command - half, high = command + half;
     return *memory = *memory < low ? low : *memory > high ? high : *memory;

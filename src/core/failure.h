@@ -8,9 +8,9 @@
 
 #include "types.h"
 
-/* The platform's automatic reaction. SAFETY: after failures that control can tolerate the platform
- * is parked slowly; after all others, and after failures that may mean danger to people, the valves
- * are centred and the supply is switched off at once. */
+/* The platform's automatic reaction. SAFETY: the platform is parked slowly after failures that
+ * control can tolerate. After all others, such as failures that may mean danger to people, the
+ * valves are centred and the supply is switched off at once. */
 enum reaction { REACTION_NONE, REACTION_PARK, REACTION_STOP };
 
 struct failure {
@@ -50,9 +50,9 @@ uint32_t failures_with(enum reaction reaction, uint32_t faults);
 enum { FAULT_TEXT_SIZE = 64 };
 void fault_describe(uint32_t first_fault, uint32_t faults, char text[FAULT_TEXT_SIZE]);
 
-/* Writes the measured value and its limit, as "12.4 mm, limit 10 mm (limits.following_m)"; for
- * contacts that contradict each other the names of the inputs; "" if nothing was measured. Returns
- * text. */
+/* Writes the measured value and its limit: "12.4 mm, limit 10 mm (limits.following_m)". For
+ * contacts that contradict each other, writes the names of the inputs; if nothing was measured, "".
+ * Returns text. */
 enum { FAULT_MEASURE_SIZE = 144 };
 const char *fault_measured(uint32_t first_fault, const struct fault_measure *measure, char text[FAULT_MEASURE_SIZE]);
 

@@ -41,7 +41,7 @@ int leg_places_exchanges(const struct leg_places *order) {
     return count;
 }
 
-/* Writes the cycles of the permutation: a cycle of two legs as an exchange, a longer one as its
+/* Writes the permutation by its cycles: a cycle of two legs as an exchange, a longer cycle by its
  * legs and their places. */
 static void name_cycles(const struct leg_places *order, char name[LEG_PLACES_NAME]) {
     bool done[LEGS] = {false};

@@ -1,6 +1,6 @@
-/* Feedback in modal coordinates. With the oil's stiffness and its inertia, the platform has six
- * modes of oscillation. If all modes have the same gains, the slowest mode limits these gains. Here
- * each mode has gains of its own: kp, ki and kd grow with the mode's frequency w as
+/* Feedback in modal coordinates. The oil's stiffness and the platform's inertia make six modes of
+ * oscillation. If all modes have the same gains, the slowest mode limits these gains. Here each
+ * mode has gains of its own: kp, ki and kd grow with the mode's frequency w as
  * (w / w1)^control.modal, where w1 is the frequency of the slowest mode.
  *
  * All legs' oil columns are assumed equally stiff. So w^2 of a mode is proportional to 1 / m, where

@@ -4,18 +4,18 @@
  * with a dead band.
  *
  *   measured   second difference of the pose with a step of 16 ms; shows motion up to some 40 Hz.
- *              Steps and white noise of the readings are subtracted: they are found from a second
- *              difference over one cycle, in which a motion below 40 Hz does not show.
+ *              Steps and white noise of the readings are subtracted; their size follows from a
+ *              second difference over one cycle, in which a motion below 40 Hz does not show.
  *   commanded  rate of change of the leg speeds that correspond to the valve commands (speed at
  *              full opening times command, through the valve's lag), converted to the platform.
  *              Shows motion from some 40 Hz up to half the loop's rate, where lengths in steps of
  *              50 um show none. White noise is subtracted by means of the fourth difference.
- *   opened     the same for the valves' openings, which are the commands less the configured null
- *              and dead band.
+ *   opened     like commanded, but from the valves' openings, which are the commands less the
+ *              configured null and dead band.
  *   forced     acceleration by the legs' forces above 3 Hz, computed with the inertia of the
- *              configured bodies; white noise is subtracted likewise. The forces include dry
- *              friction. A payload that is configured too heavy, and slow pressure sensors, make
- *              this estimate smaller.
+ *              configured bodies. White noise is subtracted as for commanded. The forces include
+ *              dry friction. The estimate is too small if the payload is configured too heavy, or
+ *              the pressure sensors are slow.
  *   requested  second difference of the reference, with a step of 16 ms (for measured) and of one
  *              cycle (for the others).
  *
@@ -25,18 +25,20 @@
  * the last five blocks, which last a quarter of a second,
  *
  *   - measured exceeds the limit, or
- *   - opened exceeds it, or
- *   - commanded exceeds it, and forced exceeds it by more than limits.oscillation_mps2.
+ *   - opened exceeds the limit, or
+ *   - commanded exceeds the limit, and forced exceeds the limit by more than
+ *     limits.oscillation_mps2.
  *
- * A single jolt fills two blocks at most. The last of these conditions is checked only if the law
- * `model` drives valves with a configured dead band; otherwise `opened` is computed from the whole
- * command, and commanded and forced are not computed. The commands of the law `model` jump through
- * the dead band, which moves nothing; but if the real valve has no dead band, the jumps shake the
- * platform, and the forces show it. If a pressure is no valid reading, or the inertia is unknown,
+ * A single jolt fills two blocks at most. The third condition is checked only if the law `model`
+ * drives valves with a configured dead band. Otherwise `opened` is computed without a dead band,
+ * and commanded and forced are not computed. The commands of the law `model` jump through the dead
+ * band, and these jumps move nothing; but if the real valve has no dead band, they shake the
+ * platform, and the forces show that. If a pressure is no valid reading, or the inertia is unknown,
  * forced counts as infinite, so that commanded decides alone.
  *
  * `commanded` and `opened` do not depend on the masses: near a resonance the platform moves up to
- * three times as much as they say, and far above it much less. docs/safety.md has the figures. */
+ * three times as much as these estimates, and far above the resonance much less. docs/safety.md has
+ * the figures. */
 #ifndef HEXID_OSCILLATION_H
 #define HEXID_OSCILLATION_H
 

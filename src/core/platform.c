@@ -81,8 +81,8 @@ static inline void judge(struct judgement *j, uint32_t fault, int leg, double va
     j->measure = (struct fault_measure){.leg = leg, .value = value, .limit = value < least ? least : most};
 }
 
-/* Returns the time since the last good sample. Deadlines may have been missed, so it is the longer
- * one of the times by the count of cycles and by the clock. */
+/* Returns the time since the last good sample, by the count of cycles or by the clock, whichever is
+ * longer; they differ if deadlines were missed. */
 static double since_good_s(const struct platform *p, const struct hal_sample *in) {
     return fmax((double)(p->seq - p->good_seq) * p->params->loop.period_s, seconds_from_ns(in->time_ns) - seconds_from_ns(p->good_ns));
 }
@@ -100,8 +100,8 @@ static void judge_legs(struct judgement *j, const struct platform *p, const stru
         if (p->good_seq >= 0) judge(j, FAULT_LEG_RATE, i, fabs(length_m - p->length_m[i]) / elapsed_s, 0.0, l->leg_rate_mps);
         /* the force is NaN only if a pressure is, which is a pressure fault already */
         if (!isnan(force_n)) judge(j, FAULT_FORCE, i, force_n, -l->force_n, l->force_n);
-        /* SAFETY: with the supply on, a stuck spool moves its leg even before the valves are
-         * driven. */
+        /* SAFETY: checked whenever the supply is on, because a stuck spool moves its leg even
+         * before the valves are driven */
         if (powers) judge(j, FAULT_FOLLOWING, i, fabs(p->leg_ref_m[i] - length_m), 0.0, l->following_m);
         if (drives) judge(j, FAULT_STANDSTILL, i, p->still_high_m[i] - p->still_low_m[i], 0.0, l->standstill_m);
     }
@@ -332,7 +332,8 @@ static bool apply(struct platform *p, enum trigger trigger) {
     return true;
 }
 
-/* Chooses what follows when a move or a test has ended. */
+/* Starts what follows when a move or a test has ended: the next test, the next move, or the next
+ * state. */
 static void ended(struct platform *p, enum reference_mode was) {
     switch (p->supervisor.state) {
     case STATE_TESTING:

@@ -28,8 +28,8 @@ struct clock {
 void clock_start(struct clock *c, enum clock_kind kind);
 int64_t clock_now(const struct clock *c);
 
-/* Sleeps until the absolute time on this clock; signals do not end the sleep. Returns the time
- * after it, and in *late_ns the delay of the wake-up (0 on a virtual clock). */
+/* Sleeps until this time on the loop's clock; signals do not end the sleep. Returns the time after
+ * the sleep, and in *late_ns the delay of the wake-up (0 on a virtual clock). */
 int64_t clock_wait(struct clock *c, int64_t until_ns, int64_t *late_ns);
 
 /* Stretches a paced clock: shifts all later times by by_ns, a delay of the host. */

@@ -35,9 +35,9 @@ enum {
  * a standard descriptor is closed and cannot be opened. */
 int process_start(struct error *error);
 
-/* Checks that the process's limits suffice; to be called after process_start(). STATUS_IO with
- * limit, value and remedy if one is too low. SAFETY: `hexid command` does not call it, except for
- * `set`, because a stop must work within any limits. */
+/* Checks that the process's limits suffice; to be called after process_start(). STATUS_IO: a limit
+ * is too low; the error has the limit, its value and the remedy. SAFETY: `hexid command` calls this
+ * only for `set`, because a stop must work within any limits. */
 int process_limits(struct error *error);
 
 /* Returns true if this signal must stay ignored because the program's caller ignored it. This holds
