@@ -336,9 +336,9 @@ static void a_force_in_another_unit_is_named_as_its_factor(void **unused) {
         struct rig rig = {RIG, .electric = true, .hides = "force_sensor_scale", .force_more = factor[i] - 1.0};
         solve(&rig, 1, &g);
         describe(&rig, 1, &g);
-        bool first = g.effects >= 1 && g.effect[0].effect == scale;
-        assert_true(first);
-        /* tolerance: mass and friction of the base are known to 1 and 5 % */
+        assert_true(g.effects >= 1 && g.effect[0].effect == scale);
+        /* tolerance: the prior of a sensor's scale (0.09) pulls the value towards 1: 4.448 is found
+         * as 4.24, and as 4.44 with a prior of 1.5 */
         assert_close(g.effect[0].values.value[0][0] / factor[i], 1.0, 0.06);
     }
 }

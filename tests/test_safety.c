@@ -479,6 +479,16 @@ static void lost_rows_and_a_slow_recorder_do_not_blind_the_witnesses(void **unus
     assert_true(t.compared);
     assert_close(t.force_n, 200, 1.0);
     assert_below(t.length_m, 4e-5);
+    /* ten samples a period, so that each step is longer than a sixteenth of it */
+    witness_reset(&w, 4.0, 0.002, moves);
+    for (int n = 0; n < 100; n++) {
+        for (int i = 0; i < LEGS; i++) s.length_m[i] = 1.8 + 1e-3 * sin(2 * PI * 4.0 * n * 0.025), force_n[i] = n < 50 ? 500 : 700;
+        witness_add(&w, n * 0.025, &s, force_n, true);
+    }
+    t = witness_says(&w);
+    assert_true(t.compared);
+    assert_close(t.force_n, 200, 10.0);
+    assert_below(t.length_m, 4e-5);
 }
 
 /* Nothing that was compared is not the same as nothing that changed. */

@@ -281,8 +281,8 @@ static void note_frequency(const struct recording *r, struct verdict *v) {
     char others[32] = "";
     if (tests > 1) snprintf(others, sizeof others, " and %d more", tests - 1);
     verdict_note(v,
-                 "in test %s%s the legs move at %.6g Hz where %.6g was stated: to methods A and B they seem to wander; if the stated "
-                 "frequency is right, the recording's clock is not, and masses and inertias are off by %+.2g %%",
+                 "in test %s%s the legs move at %.6g Hz where %.6g was stated: to methods A and B they seem to wander; state the right "
+                 "frequency (tests.frequency_hz), or, if it is right, mend the recording's clock: masses and inertias are off by %+.2g %%",
                  dof_names[first->dof], others, first->frequency_hz, first->stated_hz,
                  100.0 * (square(first->stated_hz / first->frequency_hz) - 1.0));
 }

@@ -7,8 +7,8 @@
 #include "gap.h"
 #include "gap_files.h"
 #include "gap_logs.h"
-#include "log_set.h"
 #include "gap_text.h"
+#include "log_set.h"
 #include "outputs.h"
 
 static void progress(void *context, const char *step, double share) {

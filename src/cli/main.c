@@ -27,13 +27,14 @@ static int run(const struct subcommand *s, int argc, char **argv) {
 }
 
 /* Returns the exit status. If standard output did not take all of the text, as on a full disk,
- * EXIT_PASSED becomes the status of STATUS_IO. A pipe or socket whose reader has gone is no
- * failure, because such a reader wants no more. */
+ * EXIT_PASSED becomes the status of STATUS_IO. A pipe, socket or terminal whose reader has gone is
+ * no failure, because such a reader wants no more. */
 static int flushed(int status) {
     struct stat to;
     errno = 0;
     bool written = !fflush(stdout) && !ferror(stdout);
     if (written || fstat(STDOUT_FILENO, &to) || S_ISFIFO(to.st_mode) || S_ISSOCK(to.st_mode)) return status;
+    if (S_ISCHR(to.st_mode) && errno != ENOSPC) return status;
     cli_say(stderr, "hexid: standard output did not take all of the text%s%s; free the disk, or name another place", errno ? ": " : "",
             errno ? strerror(errno) : "");
     return status == EXIT_PASSED ? -STATUS_IO : status;

@@ -9,7 +9,7 @@
 #include "types.h"
 
 /* The platform's automatic reaction. SAFETY: the platform is parked slowly after failures that
- * control can tolerate. After all others, such as failures that may mean danger to people, the
+ * control can tolerate. After all others, and after failures that may mean danger to people, the
  * valves are centred and the supply is switched off at once. */
 enum reaction { REACTION_NONE, REACTION_PARK, REACTION_STOP };
 

@@ -71,7 +71,8 @@ static void check_readings(struct verdict *v, const struct check_params *limit, 
     if (!w->compared)
         verdict_add(
             v, VERDICT_NOT_EVALUATED,
-            "test %s: its periods cannot be compared with each other: less than two stretches of a hundred samples are without a gap",
+            "test %s: its periods cannot be compared with each other, because fewer than two stretches of a hundred cycles have no gap: "
+            "lose fewer rows, or record longer (tests.duration_s)",
             name);
     if (!(w->length_m <= limit->length_wander_m))
         verdict_add(v, VERDICT_FAIL, "test %s: motion of leg %d wandered by %.3f mm between periods, limit %g mm", name, w->length_leg + 1,

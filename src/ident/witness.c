@@ -6,10 +6,10 @@
 #include "units.h"
 
 enum { BLOCK_SAMPLES = 100 };
-/* Longest gap of a whole block, the larger of two times: a share of the motion's period, over which
- * a line between two samples is off by at most 2 % of the amplitude; and a number of configured
- * cycles. */
-static const double GAP_PERIODS = 1.0 / 16.0, GAP_SAMPLES = 2.5;
+/* A block is whole without a gap. A gap is longer than this share of the motion's period, over
+ * which a line between two samples is off by at most 2 % of the amplitude, and than this number of
+ * the shortest steps, or than a quarter of the period. */
+static const double GAP_PERIODS = 1.0 / 16.0, GAP_STEPS = 2.5, GAP_MOST = 0.25;
 enum { MEAN, SINE };
 
 static void wander_reset(struct wander *w) {
@@ -17,22 +17,22 @@ static void wander_reset(struct wander *w) {
     for (int k = 0; k < WITNESS_TERMS; k++) w->low[k] = INFINITY, w->high[k] = -INFINITY;
 }
 
-void witness_reset(struct witness *w, double frequency_hz, double period_s, const bool moves[LEGS]) {
-    double periods = fmax(1.0, ceil(BLOCK_SAMPLES * period_s * frequency_hz));
-    *w = (struct witness){.omega = 2.0 * PI * frequency_hz, .block_s = periods / frequency_hz, .whole = true};
-    w->gap_s = fmax(GAP_PERIODS / frequency_hz, GAP_SAMPLES * period_s);
-    memcpy(w->moves, moves, sizeof w->moves);
-    for (int i = 0; i < LEGS; i++) wander_reset(&w->length[i]), wander_reset(&w->force[i]);
-}
-
 static void base_at(const struct witness *w, double since_s, double base[WITNESS_TERMS]) {
     base[0] = 1.0, base[1] = sin(w->omega * since_s), base[2] = cos(w->omega * since_s);
 }
 
-/* Integrates over step_s, in which a signal goes from its last value to `value`; base: functions at
- * the step's beginning and end. */
-static void wander_add(struct wander *w, double step_s, double base[2][WITNESS_TERMS], double value) {
-    for (int k = 0; k < WITNESS_TERMS; k++) w->sum[k] += 0.5 * step_s * (base[0][k] * w->value + base[1][k] * value);
+void witness_reset(struct witness *w, double frequency_hz, double period_s, const bool moves[LEGS]) {
+    double periods = fmax(1.0, ceil(BLOCK_SAMPLES * period_s * frequency_hz));
+    *w = (struct witness){.omega = 2.0 * PI * frequency_hz, .block_s = periods / frequency_hz, .whole = true, .shortest_s = INFINITY};
+    base_at(w, 0.0, w->base);
+    memcpy(w->moves, moves, sizeof w->moves);
+    for (int i = 0; i < LEGS; i++) wander_reset(&w->length[i]), wander_reset(&w->force[i]);
+}
+
+/* Integrates over step_s, in which a signal goes from its last value to `value`. from, to: the
+ * terms' functions at the step's ends. */
+static void wander_add(struct wander *w, double step_s, const double from[WITNESS_TERMS], const double to[WITNESS_TERMS], double value) {
+    for (int k = 0; k < WITNESS_TERMS; k++) w->sum[k] += 0.5 * step_s * (from[k] * w->value + to[k] * value);
     w->value = value;
 }
 
@@ -42,12 +42,17 @@ static void wander_close(struct wander *w, double block_s, bool whole) {
         if (whole) w->low[k] = fmin(w->low[k], term), w->high[k] = fmax(w->high[k], term);
         w->sum[k] = 0.0;
     }
+    w->begin = w->value;
 }
 
 static void add_all(struct witness *w, double to_s, const double length_m[LEGS], const double force_n[LEGS]) {
-    double base[2][WITNESS_TERMS], step_s = to_s - w->last_s;
-    base_at(w, w->last_s, base[0]), base_at(w, to_s, base[1]);
-    for (int i = 0; i < LEGS; i++) wander_add(&w->length[i], step_s, base, length_m[i]), wander_add(&w->force[i], step_s, base, force_n[i]);
+    double to[WITNESS_TERMS], step_s = to_s - w->last_s;
+    base_at(w, to_s, to);
+    for (int i = 0; i < LEGS; i++) {
+        wander_add(&w->length[i], step_s, w->base, to, length_m[i]);
+        wander_add(&w->force[i], step_s, w->base, to, force_n[i]);
+    }
+    memcpy(w->base, to, sizeof w->base);
     w->last_s = to_s;
 }
 
@@ -64,14 +69,22 @@ static void leave_out(struct witness *w, double since_s, const double length_m[L
     w->whole = false;
     close_block(w);
     w->whole = false, w->block = floor(since_s / w->block_s), w->last_s = since_s;
+    base_at(w, since_s, w->base);
     for (int i = 0; i < LEGS; i++) w->length[i].value = length_m[i], w->force[i].value = force_n[i];
+}
+
+/* Takes a step from one sample to the next. True if it leaves a gap. */
+static bool is_gap(struct witness *w, double step_s) {
+    double period_s = 2.0 * PI / w->omega;
+    if (step_s > 0.0) w->shortest_s = fmin(w->shortest_s, step_s);
+    return !(step_s >= 0.0 && step_s <= fmax(GAP_PERIODS * period_s, fmin(GAP_STEPS * w->shortest_s, GAP_MOST * period_s)));
 }
 
 /* Goes on to the next sample. The end of a block lies between two samples, where the signals are
  * interpolated. */
 static void go_on(struct witness *w, double since_s, const double length_m[LEGS], const double force_n[LEGS]) {
     double end_s = (w->block + 1.0) * w->block_s, step_s = since_s - w->last_s;
-    if (!(step_s >= 0.0 && step_s <= w->gap_s)) {
+    if (is_gap(w, step_s)) {
         leave_out(w, since_s, length_m, force_n);
         return;
     }
@@ -128,8 +141,8 @@ struct testimony witness_says(const struct witness *w) {
     struct witness ended = *w;
     struct testimony t = {0};
     double length_m[LEGS], force_n[LEGS], end_s = (w->block + 1.0) * w->block_s;
-    for (int i = 0; i < LEGS; i++) length_m[i] = w->length[i].value, force_n[i] = w->force[i].value;
-    /* the last sample holds for one step */
+    for (int i = 0; i < LEGS; i++) length_m[i] = w->length[i].begin, force_n[i] = w->force[i].begin;
+    /* n samples cover n steps, and a block ends as it began, because the motion repeats */
     ended.whole = w->whole && end_s - w->last_s <= 1.5 * w->step_s;
     if (ended.whole) add_all(&ended, end_s, length_m, force_n), close_block(&ended);
     t.compared = ended.blocks >= 2;

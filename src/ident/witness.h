@@ -24,14 +24,13 @@ enum { WITNESS_READINGS = 3, WITNESS_TERMS = 3 };
 
 /* Change of one signal, a length or a force less its first value, from block to block. */
 struct wander {
-    double value;                /* last value */
+    double value, begin;         /* last value, and the one at the current block's beginning */
     /* sum: integrals over the current block. low, high: extremes over whole blocks. */
     double sum[WITNESS_TERMS], low[WITNESS_TERMS], high[WITNESS_TERMS];
 };
 
 struct witness {
     double omega, block_s;
-    double gap_s;                /* longest gap between two samples of a whole block */
     bool moves[LEGS];
     double last[LEGS][WITNESS_READINGS], last_n[LEGS]; /* last good readings and force of each
                                                         * leg */
@@ -39,6 +38,8 @@ struct witness {
     int64_t same[LEGS][WITNESS_READINGS], longest[LEGS];
     int64_t samples;
     double last_s, step_s;       /* time of the last sample, and its distance from the one before */
+    double shortest_s;           /* shortest step so far */
+    double base[WITNESS_TERMS];  /* functions of the terms at last_s */
     /* Number of the block under way. It is a double, because times from a log may exceed any
      * integer type. */
     double block;

@@ -34,10 +34,22 @@ static const char *source_of(const struct csv_own *own, int column) {
     return NULL;
 }
 
+/* True if no leg but the first has a length or a pressure. A single reading that is missing does
+ * not make a platform an axis. */
+static bool first_leg_alone(const double value[CYCLE_COLUMNS]) {
+    bool others = false;
+    for (int leg = 2; leg <= LEGS; leg++) {
+        char length[16], p1[16], p2[16];
+        snprintf(length, sizeof length, "l%d_m", leg), snprintf(p1, sizeof p1, "p1_%d_pa", leg), snprintf(p2, sizeof p2, "p2_%d_pa", leg);
+        others = others || !isnan(value_of(value, length)) || !isnan(value_of(value, p1)) || !isnan(value_of(value, p2));
+    }
+    return !others;
+}
+
 static FILE *begin_test(struct csv_own *own, struct csv_texts *texts, const double value[CYCLE_COLUMNS]) {
     FILE *file = csv_texts_next(texts);
     if (!file) return NULL;
-    own->axis = isnan(value_of(value, "l2_m"));
+    own->axis = first_leg_alone(value);
     bool named = own->dof >= 0 && own->dof < DOFS;
     if (own->axis) fputs("# mechanism: axis\n", file);
     fprintf(file, "# dof: %s\n", named ? dof_names[own->dof] : "none");

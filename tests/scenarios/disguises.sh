@@ -61,6 +61,21 @@ platform() {
         diff -r "$work/once" "$work/back" && rm "$work/run.lcm"
 }
 for format in mat mcap; do claim "so do the tests of a platform, from $format" platform $format; done
+missing_length() {
+    local file
+    rm -rf "$work/hole" "$work/back" && cp -r "$work/once" "$work/hole"
+    for file in "$work"/hole/*.csv; do
+        awk -F, -v OFS=, '/^#/ || past { print; next } !l2 { for (i = 1; i <= NF; i++) if ($i == "l2_m") l2 = i; print; next } { $l2 = ""; past = 1; print }' \
+            "$file" >"$work/row" && mv "$work/row" "$file"
+    done
+    "$hexid" import "$work/hole" -o "$work/hole.lcm" && "$hexid" export "$work/hole.lcm" --format "$1" -o "$work/hole.$1" &&
+        "$hexid" import "$work/hole.$1" -c "$work/once/config.yaml" -o "$work/hole.$1.lcm" && "$hexid" export "$work/hole.$1.lcm" -o "$work/back" &&
+        grep -q l6_m "$work"/back/1_*.csv && ! grep 'mechanism: axis' "$work"/back/*.csv
+    local status=$?
+    rm -f "$work"/hole*.lcm "$work/hole.$1"
+    return $status
+}
+for format in mat mcap; do claim "a platform whose first row lacks a length stays one, from $format" missing_length $format; done
 
 disguises foreign "$work"
 claim "MAT 7.3 is refused, with MATLAB's way out" refuses 2 "hdf.mat 7.3 -v7" "$hexid" import "$work/hdf.mat" -o "$work/none.lcm"
